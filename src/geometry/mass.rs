@@ -1,0 +1,54 @@
+//! Volume, centroid and inertia of a body of unit density.
+
+use crate::num::{Mat3, Rotation, Vec3};
+use serde::{Deserialize, Serialize};
+
+/// Volume [m³], centroid [m] and inertia tensor [m⁵, unit density, about the
+/// centroid, in the axes the body is given in].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct MassProperties {
+    /// Volume, m³.
+    pub volume: f64,
+    /// Centroid, m.
+    pub centroid: Vec3,
+    /// Inertia tensor about the centroid for density 1, m⁵.
+    pub inertia: Mat3,
+}
+
+impl MassProperties {
+    /// Principal moments in rising order, m⁵, and the rotation whose columns
+    /// are the principal axes: it turns principal-frame vectors into the frame
+    /// the body is given in.
+    pub fn principal(&self) -> (Vec3, Rotation) {
+        let eigen = self.inertia.symmetric_eigen();
+        let mut order = [0, 1, 2];
+        order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
+        let moments = Vec3::from_fn(|row, _| eigen.eigenvalues[order[row]]);
+        let mut axes = Mat3::from_fn(|row, column| eigen.eigenvectors[(row, order[column])]);
+        // The largest component of the first two axes is made positive, so that
+        // the frame does not flip with rounding; the third completes a right-handed set.
+        for column in 0..2 {
+            let axis = axes.column(column).into_owned();
+            if axis[axis.iamax()] < 0.0 {
+                axes.set_column(column, &-axis);
+            }
+        }
+        let third = axes.column(0).cross(&axes.column(1));
+        axes.set_column(2, &third);
+        (moments, Rotation::from_matrix(&axes))
+    }
+
+    /// Diameter of the sphere of equal volume, m.
+    pub fn equivalent_diameter(&self) -> f64 {
+        (6.0 * self.volume / std::f64::consts::PI).cbrt()
+    }
+
+    /// The same body scaled by `factor` about the origin.
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self {
+            volume: self.volume * factor.powi(3),
+            centroid: self.centroid * factor,
+            inertia: self.inertia * factor.powi(5),
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! The hub: a scene as every solver sees it. Our own DEM and the deck writers
+//! know this room and nothing of scene files; reports know `Run`, not who made it.
+
+pub mod body;
+pub mod contact;
+pub mod needs;
+pub mod plan;
+pub mod run;
+pub mod state;
+pub mod wall;
+
+pub use body::{Body, Material, Sphere};
+pub use contact::{Contact, ContactTable};
+pub use needs::Needs;
+pub use plan::{Arm, Coulomb, History, Law, Plan, Scheme, StepReason};
+pub use run::{Cost, Outcome, Run, SeriesRow, Touch};
+pub use state::{BodyState, Frame};
+pub use wall::{Motion, Wall, WallShape};
+
+use crate::geometry::Bounds;
+use crate::num::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// Number of space dimensions. In two, bodies are discs of unit thickness (1 m)
+/// in the x–y plane that spin about z.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Dimension {
+    /// Discs of unit thickness in the x–y plane.
+    Two,
+    /// Spheres and rigid clumps of spheres.
+    Three,
+}
+
+impl Dimension {
+    /// 2 or 3.
+    pub fn count(self) -> usize {
+        match self {
+            Self::Two => 2,
+            Self::Three => 3,
+        }
+    }
+}
+
+/// Everything a solver has to know, in SI units.
+///
+/// Invariants (upheld by the scene room, relied on by all others): spheres are
+/// stored body by body; every number is finite; masses, radii and moments of
+/// inertia are greater than zero; all material indices exist in `materials`
+/// and `contacts`; `domain` holds every sphere and wall mesh at time 0.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Model {
+    /// Name for people.
+    pub title: String,
+    /// Two or three dimensions.
+    pub dimension: Dimension,
+    /// Seed of the scene, for the record.
+    pub seed: u64,
+    /// Rigid bodies in their state at time 0.
+    pub bodies: Vec<Body>,
+    /// Spheres of all bodies, body by body.
+    pub spheres: Vec<Sphere>,
+    /// Materials of bodies and walls.
+    pub materials: Vec<Material>,
+    /// Contact parameters of every pair of materials.
+    pub contacts: ContactTable,
+    /// Walls, still or moving.
+    pub walls: Vec<Wall>,
+    /// Acceleration of gravity, m/s².
+    pub gravity: Vec3,
+    /// Local (non-viscous) damping coefficient α of Cundall as YADE applies it,
+    /// 0 for none: per axis, a ← a (1 − α sign(a (v + a Δt/2))).
+    pub local_damping: f64,
+    /// The room that the bodies must not leave; a body outside ends the run as an outcome.
+    pub domain: Bounds,
+    /// Scheme, step and duration.
+    pub plan: Plan,
+}
+
+impl Model {
+    /// What this scene needs; the only place that decides it.
+    pub fn needs(&self) -> Needs {
+        Needs::of(self)
+    }
+
+    /// The spheres of body `index`.
+    pub fn spheres_of(&self, index: usize) -> &[Sphere] {
+        let body = &self.bodies[index];
+        &self.spheres[body.first_sphere as usize..][..body.sphere_count as usize]
+    }
+
+    /// Position of the centre of every sphere for the given body states
+    /// (`states[body]`), metres.
+    pub fn sphere_centres(&self, states: &[BodyState]) -> Vec<Vec3> {
+        self.spheres
+            .iter()
+            .map(|sphere| {
+                let state = &states[sphere.body as usize];
+                state.position + state.orientation * sphere.offset
+            })
+            .collect()
+    }
+
+    /// State of every body at time 0.
+    pub fn initial_states(&self) -> Vec<BodyState> {
+        self.bodies.iter().map(Body::state).collect()
+    }
+}

@@ -1,0 +1,100 @@
+//! What a scene needs. Computed here and nowhere else; kernels, deck templates,
+//! memory and reports read it, so "left out when not needed" has one meaning.
+
+use super::{Dimension, Model, Motion, WallShape};
+use serde::Serialize;
+
+/// Which physics and which objects a scene has. Deck templates see it as `needs`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+pub struct Needs {
+    /// Discs instead of spheres.
+    pub discs: bool,
+    /// At least one body that is a single sphere.
+    pub spheres: bool,
+    /// At least one body of several spheres, or with mass properties of its own.
+    pub clumps: bool,
+    /// Radii differ.
+    pub sizes: bool,
+    /// More than one material.
+    pub materials: bool,
+    /// Gravity is not zero.
+    pub gravity: bool,
+    /// Some contact has μ > 0 and kt or ct > 0: tangential force, history and rotation.
+    pub friction: bool,
+    /// Some contact has cn > 0.
+    pub normal_damping: bool,
+    /// Friction, and some contact has ct > 0.
+    pub tangential_damping: bool,
+    /// Local (non-viscous) damping.
+    pub local_damping: bool,
+    /// At least one plane wall along an axis.
+    pub planes: bool,
+    /// At least one plane wall that is not along an axis.
+    pub oblique_planes: bool,
+    /// At least one mesh wall.
+    pub meshes: bool,
+    /// At least one wall that translates.
+    pub sliding_walls: bool,
+    /// At least one wall that rotates.
+    pub turning_walls: bool,
+    /// Bodies turn: friction, or clumps, or a spin at the start.
+    pub rotation: bool,
+}
+
+impl Needs {
+    /// Reads a model.
+    pub fn of(model: &Model) -> Self {
+        let pairs = || {
+            let size = model.contacts.size() as u16;
+            (0..size).flat_map(move |a| (a..size).map(move |b| model.contacts.between(a, b)))
+        };
+        let friction = pairs().any(|c| c.friction > 0.0 && (c.kt > 0.0 || c.ct > 0.0));
+        let clumps = model.bodies.iter().any(|body| body.sphere_count > 1);
+        let first = model.spheres.first().map(|sphere| sphere.radius);
+        let wall = |test: &dyn Fn(&super::Wall) -> bool| model.walls.iter().any(test);
+        Self {
+            discs: model.dimension == Dimension::Two,
+            spheres: model.bodies.iter().any(|body| body.sphere_count == 1),
+            clumps,
+            sizes: model.spheres.iter().any(|sphere| Some(sphere.radius) != first),
+            materials: model.materials.len() > 1,
+            gravity: model.gravity.norm_squared() > 0.0,
+            friction,
+            normal_damping: pairs().any(|c| c.cn > 0.0),
+            tangential_damping: friction && pairs().any(|c| c.ct > 0.0),
+            local_damping: model.local_damping > 0.0,
+            planes: wall(&|w| w.shape.axis_plane().is_some()),
+            oblique_planes: wall(&|w| {
+                matches!(w.shape, WallShape::Plane { .. }) && w.shape.axis_plane().is_none()
+            }),
+            meshes: wall(&|w| matches!(w.shape, WallShape::Mesh { .. })),
+            sliding_walls: wall(&|w| matches!(w.motion, Motion::Translate { .. })),
+            turning_walls: wall(&|w| matches!(w.motion, Motion::Rotate { .. })),
+            rotation: friction
+                || clumps
+                || model.bodies.iter().any(|body| body.spin.norm_squared() > 0.0),
+        }
+    }
+
+    /// Every need with its key, what it is for people, and whether this scene has it.
+    pub fn table(&self) -> [(&'static str, &'static str, bool); 16] {
+        [
+            ("discs", "two dimensions (discs of unit thickness)", self.discs),
+            ("spheres", "single spheres", self.spheres),
+            ("clumps", "rigid clumps", self.clumps),
+            ("sizes", "radius of each sphere", self.sizes),
+            ("materials", "table of material pairs", self.materials),
+            ("gravity", "gravity", self.gravity),
+            ("friction", "friction and tangential history", self.friction),
+            ("normal_damping", "normal dashpot", self.normal_damping),
+            ("tangential_damping", "tangential dashpot", self.tangential_damping),
+            ("local_damping", "local (non-viscous) damping", self.local_damping),
+            ("planes", "plane walls along the axes", self.planes),
+            ("oblique_planes", "oblique plane walls", self.oblique_planes),
+            ("meshes", "mesh walls", self.meshes),
+            ("sliding_walls", "walls that translate", self.sliding_walls),
+            ("turning_walls", "walls that rotate", self.turning_walls),
+            ("rotation", "rotation of bodies", self.rotation),
+        ]
+    }
+}

@@ -1,0 +1,135 @@
+//! How a scene is stepped through time: scheme, contact law variant, step, duration.
+
+use serde::{Deserialize, Serialize};
+
+/// Time integration scheme of our own DEM.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Scheme {
+    /// Ours: kick-drift-kick (velocity Verlet) with forces from half-step
+    /// velocities; clumps turn by the DLM splitting into axis rotations
+    /// (Dullweber, Leimkuhler & McLachlan 1997).
+    Leapfrog,
+    /// LIGGGHTS 3.8.0 `nve/sphere` and `fix rigid` to round-off.
+    Liggghts,
+    /// YADE 2023.02a `NewtonIntegrator` to round-off; velocities lag half a step.
+    Yade,
+}
+
+impl Scheme {
+    /// Key in scene files and reports.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Leapfrog => "leapfrog",
+            Self::Liggghts => "liggghts",
+            Self::Yade => "yade",
+        }
+    }
+
+    /// The law variant that goes with the scheme unless the scene names one.
+    pub fn law(self) -> Law {
+        match self {
+            Self::Leapfrog => Law {
+                tension: false,
+                coulomb: Coulomb::Sum,
+                history: History::Rescaled,
+                plane_arm: Arm::Half,
+            },
+            Self::Liggghts => Law {
+                tension: false,
+                coulomb: Coulomb::SpringThenDashpot,
+                history: History::Projected,
+                plane_arm: Arm::Half,
+            },
+            Self::Yade => Law {
+                tension: false,
+                coulomb: Coulomb::SpringThenDashpot,
+                history: History::Rotated,
+                plane_arm: Arm::Full,
+            },
+        }
+    }
+}
+
+/// The points in which "linear spring-dashpot with a Coulomb limit" differs between codes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct Law {
+    /// True: the normal force may pull (seed's law to the letter, LIGGGHTS `limitForce off`).
+    /// False: clipped at 0 (dry grains; YADE, LIGGGHTS `limitForce on`).
+    pub tension: bool,
+    /// What the Coulomb limit μ|Fn| cuts.
+    pub coulomb: Coulomb,
+    /// How the tangential spring follows the turning contact plane.
+    pub history: History,
+    /// Lever arm at axis-aligned plane walls; R − δ/2 everywhere else.
+    pub plane_arm: Arm,
+}
+
+/// What the Coulomb limit cuts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Coulomb {
+    /// |kt ξ + ct vt| ≤ μ Fn: the seed's law.
+    Sum,
+    /// |kt ξ| ≤ μ Fn; the dashpot acts on top while sticking and is off while slipping
+    /// (LIGGGHTS `hooke/stiffness`, YADE ViscEl).
+    SpringThenDashpot,
+}
+
+/// How the tangential spring follows the turning contact plane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum History {
+    /// Increment, then projected on the contact plane (LIGGGHTS).
+    Projected,
+    /// Projected on the new plane and rescaled to its old length, then the increment.
+    Rescaled,
+    /// First-order rotation with the normal and the mean spin about it, then the increment (YADE).
+    Rotated,
+}
+
+/// Lever arm of a contact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Arm {
+    /// R − δ/2.
+    Half,
+    /// R − δ (YADE `wall`).
+    Full,
+}
+
+/// Step, duration and what is recorded.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Plan {
+    /// Time step, s.
+    pub step: f64,
+    /// Why the step is what it is.
+    pub reason: StepReason,
+    /// Number of steps.
+    pub steps: u64,
+    /// A frame every so many steps (and at the start and the end), at least 1.
+    pub frame_every: u64,
+    /// A row of the series every so many steps, at least 1.
+    pub series_every: u64,
+    /// A checkpoint every so many steps; 0 for none.
+    pub checkpoint_every: u64,
+    /// Scheme of our own DEM.
+    pub scheme: Scheme,
+    /// Law variant of our own DEM.
+    pub law: Law,
+    /// True if the user insists on a step above the stability limit.
+    pub insist: bool,
+}
+
+impl Plan {
+    /// Simulated time, s.
+    pub fn duration(&self) -> f64 {
+        self.step * self.steps as f64
+    }
+}
+
+/// Why the step is what it is.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum StepReason {
+    /// Given in the scene.
+    Given,
+    /// Chosen by riprap; the text names the bound that governs.
+    Auto(String),
+}

@@ -1,0 +1,130 @@
+//! Walls: planes and triangle meshes, still or in rigid motion.
+
+use crate::geometry::Mesh;
+use crate::num::{Rotation, Vec3};
+use serde::{Deserialize, Serialize};
+
+/// A wall of infinite mass.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Wall {
+    /// Name for messages and decks: letters, digits and `_` only, unique.
+    pub name: String,
+    /// Surface at time 0.
+    pub shape: WallShape,
+    /// How it moves.
+    pub motion: Motion,
+    /// Index into `Model::materials`.
+    pub material: u16,
+}
+
+/// Surface of a wall. Both sides of either kind act on spheres.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum WallShape {
+    /// An infinite plane.
+    Plane {
+        /// A point on the plane, m.
+        point: Vec3,
+        /// Unit normal, towards the bodies.
+        normal: Vec3,
+    },
+    /// A triangle mesh, vertices shared between neighbours (welded).
+    Mesh {
+        /// Vertices in m at time 0.
+        #[serde(with = "mesh_serde")]
+        mesh: Mesh,
+    },
+}
+
+impl WallShape {
+    /// The axis (0, 1, 2), coordinate and side (+1 or −1: where the bodies are)
+    /// of a plane that is exactly axis-aligned.
+    pub fn axis_plane(&self) -> Option<(usize, f64, f64)> {
+        let Self::Plane { point, normal } = self else { return None };
+        let axis = normal.iamax();
+        let aligned = (0..3).all(|other| other == axis || normal[other] == 0.0);
+        aligned.then(|| (axis, point[axis], normal[axis].signum()))
+    }
+}
+
+/// Rigid motion of a wall from time 0 on.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Motion {
+    /// At rest.
+    Still,
+    /// Constant velocity, m/s.
+    Translate {
+        /// Velocity, m/s.
+        velocity: Vec3,
+    },
+    /// Constant rotation about a fixed axis, right-handed.
+    Rotate {
+        /// A point on the axis, m.
+        origin: Vec3,
+        /// Unit vector along the axis.
+        axis: Vec3,
+        /// Angular speed, rad/s.
+        rate: f64,
+    },
+}
+
+impl Motion {
+    /// Where the wall point that was at `point` at time 0 is at `time`, s.
+    pub fn place(&self, point: &Vec3, time: f64) -> Vec3 {
+        match self {
+            Self::Still => *point,
+            Self::Translate { velocity } => point + velocity * time,
+            Self::Rotate { origin, axis, rate } => {
+                let turn = Rotation::from_scaled_axis(axis * (rate * time));
+                origin + turn * (point - origin)
+            }
+        }
+    }
+
+    /// Velocity of the wall material at the place `here`, m/s.
+    pub fn velocity(&self, here: &Vec3) -> Vec3 {
+        match self {
+            Self::Still => Vec3::zeros(),
+            Self::Translate { velocity } => *velocity,
+            Self::Rotate { origin, axis, rate } => axis.cross(&(here - origin)) * *rate,
+        }
+    }
+
+    /// True unless the wall is at rest.
+    pub fn moves(&self) -> bool {
+        !matches!(self, Self::Still)
+    }
+}
+
+mod mesh_serde {
+    use super::{Mesh, Vec3};
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(mesh: &Mesh, serializer: S) -> Result<S::Ok, S::Error> {
+        (&mesh.vertices, &mesh.triangles).serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Mesh, D::Error> {
+        let (vertices, triangles) = <(Vec<Vec3>, Vec<[u32; 3]>)>::deserialize(deserializer)?;
+        Ok(Mesh { vertices, triangles })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn place_and_velocity_agree() {
+        let motions = [
+            Motion::Still,
+            Motion::Translate { velocity: Vec3::new(1.0, -2.0, 0.5) },
+            Motion::Rotate { origin: Vec3::new(0.1, 0.0, 0.3), axis: Vec3::y(), rate: 3.0 },
+        ];
+        let start = Vec3::new(0.4, 0.2, -0.1);
+        for motion in motions {
+            let (here, h) = (motion.place(&start, 0.7), 1e-6);
+            let slope = (motion.place(&start, 0.7 + h) - motion.place(&start, 0.7 - h)) / (2.0 * h);
+            assert!((slope - motion.velocity(&here)).norm() < 1e-8, "{motion:?}");
+        }
+    }
+}

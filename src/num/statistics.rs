@@ -1,0 +1,64 @@
+//! Small statistics used by measures, comparisons and reports.
+
+/// Arithmetic mean; `None` for no values.
+pub fn mean(values: &[f64]) -> Option<f64> {
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+/// Root of the mean square; `None` for no values.
+pub fn root_mean_square(values: &[f64]) -> Option<f64> {
+    (!values.is_empty())
+        .then(|| (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt())
+}
+
+/// Quantile by linear interpolation between order statistics, `fraction` in 0..=1;
+/// `None` for no values.
+pub fn quantile(values: &[f64], fraction: f64) -> Option<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let last = sorted.len().checked_sub(1)?;
+    let place = fraction.clamp(0.0, 1.0) * last as f64;
+    let below = place.floor() as usize;
+    let above = (below + 1).min(last);
+    Some(sorted[below] + (sorted[above] - sorted[below]) * (place - below as f64))
+}
+
+/// Median; `None` for no values.
+pub fn median(values: &[f64]) -> Option<f64> {
+    quantile(values, 0.5)
+}
+
+/// Order of convergence: the least-squares slope of ln(error) over ln(step);
+/// `None` with fewer than two points or values that have no logarithm.
+pub fn order_of_convergence(steps: &[f64], errors: &[f64]) -> Option<f64> {
+    if steps.len() != errors.len() || steps.len() < 2 {
+        return None;
+    }
+    let x: Vec<f64> = steps.iter().map(|v| v.ln()).collect();
+    let y: Vec<f64> = errors.iter().map(|v| v.ln()).collect();
+    let (mx, my) = (mean(&x)?, mean(&y)?);
+    let covariance: f64 = x.iter().zip(&y).map(|(a, b)| (a - mx) * (b - my)).sum();
+    let variance: f64 = x.iter().map(|a| (a - mx).powi(2)).sum();
+    let slope = covariance / variance;
+    slope.is_finite().then_some(slope)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn order_of_a_power_law() {
+        let steps = [0.1, 0.05, 0.025];
+        let errors: Vec<f64> = steps.iter().map(|h: &f64| 3.0 * h.powi(2)).collect();
+        let order = order_of_convergence(&steps, &errors).expect("two or more points");
+        assert!((order - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn quantiles_interpolate() {
+        assert_eq!(median(&[3.0, 1.0, 2.0, 4.0]), Some(2.5));
+        assert_eq!(quantile(&[], 0.5), None);
+        assert_eq!(quantile(&[5.0], 0.9), Some(5.0));
+    }
+}
