@@ -18,3 +18,6 @@ pub mod shape;
 pub mod solver;
 
 pub mod cli;
+
+/// Version of riprap, written into manifests and decks.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -5,6 +5,7 @@ pub mod body;
 pub mod contact;
 pub mod needs;
 pub mod plan;
+pub mod restitution;
 pub mod run;
 pub mod state;
 pub mod wall;

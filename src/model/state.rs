@@ -38,6 +38,24 @@ pub struct Frame {
 }
 
 impl Frame {
+    /// The state of a model at time 0, without forces.
+    pub fn initial(model: &Model) -> Self {
+        let bodies = model.initial_states();
+        let centres = model.sphere_centres(&bodies);
+        let velocities = model
+            .spheres
+            .iter()
+            .zip(&centres)
+            .map(|(sphere, centre)| {
+                let state = &bodies[sphere.body as usize];
+                state.velocity + state.spin.cross(&(centre - state.position))
+            })
+            .collect();
+        let spins = model.spheres.iter().map(|sphere| bodies[sphere.body as usize].spin).collect();
+        let forces = vec![Vec3::zeros(); centres.len()];
+        Self { step: 0, time: 0.0, centres, velocities, spins, forces, bodies }
+    }
+
     /// Kinetic energy of translation and rotation, J.
     pub fn kinetic_energy(&self, model: &Model) -> f64 {
         self.bodies

@@ -1,1 +1,20 @@
-//! (scene)
+//! The scene file and the road from it to a report: reads and judges
+//! parameters, turns them into the rooms' own types, runs the stages in order
+//! and remembers which of them need not be done again.
+
+pub mod build;
+pub mod comparing;
+pub mod file;
+pub mod grains;
+pub mod materials;
+pub mod paging;
+pub mod parameters;
+pub mod road;
+pub mod running;
+pub mod shipped;
+pub mod store;
+pub mod verdict;
+pub mod walls;
+
+pub use file::{Loaded, SceneError};
+pub use parameters::Scene;

@@ -1,0 +1,221 @@
+//! What can be typed.
+
+use clap::builder::styling::{AnsiColor, Styles};
+use clap::{Args, ColorChoice, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+const STYLES: Styles = Styles::styled()
+    .header(AnsiColor::Green.on_default().bold())
+    .usage(AnsiColor::Green.on_default().bold())
+    .literal(AnsiColor::Cyan.on_default().bold())
+    .placeholder(AnsiColor::Cyan.on_default());
+
+/// Prepare, run and check discrete element simulations: one scene file in;
+/// random grains, clumps, a packing, a reference DEM run, LIGGGHTS and YADE decks,
+/// and a report of how far the solvers agree out.
+#[derive(Debug, Parser)]
+#[command(name = "riprap", version, styles = STYLES, max_term_width = 100, after_help = "Examples:
+  riprap demo                       the main job on a built-in scene
+  riprap new spheres-box work       a scene to start from
+  riprap check work/scene.toml      judge it without running anything
+  riprap run work/scene.toml        grains, clumps, packing, DEM
+  riprap compare work/scene.toml    the same in LIGGGHTS and YADE, with a report
+
+Exit codes: 0 done; 1 the work failed or a comparison is outside its tolerance;
+2 the input is wrong; 3 an outside solver is missing or failed.")]
+pub struct Arguments {
+    /// Say only what went wrong.
+    #[arg(short, long, global = true)]
+    pub quiet: bool,
+    /// Say more.
+    #[arg(short, long, global = true, conflicts_with = "quiet")]
+    pub verbose: bool,
+    /// Print one JSON object on standard output and nothing else there.
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Threads to use (default: all cores). Results do not depend on it.
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// Colours in messages; NO_COLOR is heeded.
+    #[arg(long, global = true, value_name = "WHEN", default_value = "auto")]
+    pub color: ColorChoice,
+    /// What to do.
+    #[command(subcommand)]
+    pub verb: Verb,
+}
+
+/// Verbs.
+#[derive(Debug, Subcommand)]
+pub enum Verb {
+    /// Do the main job on a built-in scene: grains to report, with the solvers that are installed.
+    Demo(Demo),
+    /// Copy a built-in scene to start from.
+    New(New),
+    /// List methods with their keys, sources and what they do.
+    List(List),
+    /// Read and judge a scene; run nothing.
+    Check(SceneOnly),
+    /// Make the random particles of a scene as STL.
+    Generate(SceneOnly),
+    /// Reproduce the particles of a scene, or one mesh, as clumps of spheres.
+    Reproduce(Reproduce),
+    /// Pack the particles of a scene.
+    Pack(SceneOnly),
+    /// Run all stages up to and including riprap's own DEM.
+    Run(Run),
+    /// Write input decks for outside solvers.
+    Export(Export),
+    /// Run a scene here and in the installed solvers, compare, write the report.
+    Compare(Compare),
+    /// Measure meshes, clumps, packings and states.
+    Measure(Measure),
+    /// Convert between all formats that riprap knows, by extension.
+    Convert(Convert),
+    /// Draw a mesh, clump, packing or state as a PNG picture.
+    View(View),
+    /// Print shell completions.
+    Completions {
+        /// Shell.
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page.
+    Man,
+}
+
+/// `riprap demo`.
+#[derive(Debug, Args)]
+pub struct Demo {
+    /// Folder for the scene and its results.
+    #[arg(short, long, value_name = "DIR", default_value = "riprap-demo")]
+    pub output: PathBuf,
+}
+
+/// `riprap new`.
+#[derive(Debug, Args)]
+pub struct New {
+    /// Name of the scene, see `riprap list scenes`.
+    pub scene: String,
+    /// Folder to put it in (default: a folder of that name).
+    pub folder: Option<PathBuf>,
+}
+
+/// `riprap list`.
+#[derive(Debug, Args)]
+pub struct List {
+    /// What to list (default: everything).
+    pub what: Option<Kind>,
+    /// With `scenes`: print the JSON schema of scene files, for editors.
+    #[arg(long)]
+    pub schema: bool,
+}
+
+/// What can be listed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Kind {
+    /// Built-in scenes.
+    Scenes,
+    /// Particle shapes.
+    Shapes,
+    /// Clump methods.
+    Clumps,
+    /// Packing methods.
+    Packings,
+    /// Contact laws and schemes.
+    Contacts,
+    /// Outside solvers, and whether they are installed.
+    Solvers,
+    /// File formats.
+    Formats,
+}
+
+/// A scene and where its results go.
+#[derive(Debug, Args)]
+pub struct SceneOnly {
+    /// Scene file (TOML).
+    pub scene: PathBuf,
+    /// Output folder (default: NAME.out beside the scene).
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+}
+
+/// `riprap reproduce`.
+#[derive(Debug, Args)]
+pub struct Reproduce {
+    /// Scene file, or an STL, PLY or OBJ mesh.
+    pub input: PathBuf,
+    /// Output folder of a scene, or CSV file for the clump of a mesh.
+    #[arg(short, long, value_name = "PATH")]
+    pub output: Option<PathBuf>,
+    /// For a mesh: method, see `riprap list clumps`.
+    #[arg(long, value_name = "KEY", default_value = "normals")]
+    pub method: String,
+    /// For a mesh: largest number of spheres.
+    #[arg(long, value_name = "N", conflicts_with = "error", value_parser = clap::value_parser!(u32).range(2..))]
+    pub spheres: Option<u32>,
+    /// For a mesh: RMS surface distance to reach, as a fraction of the equivalent diameter.
+    #[arg(long, value_name = "E")]
+    pub error: Option<f64>,
+}
+
+/// `riprap run`.
+#[derive(Debug, Args)]
+pub struct Run {
+    /// Scene and output folder.
+    #[command(flatten)]
+    pub scene: SceneOnly,
+    /// Go on from the last checkpoint of an interrupted run, bit for bit.
+    #[arg(long)]
+    pub resume: bool,
+}
+
+/// `riprap export`.
+#[derive(Debug, Args)]
+pub struct Export {
+    /// Scene and output folder.
+    #[command(flatten)]
+    pub scene: SceneOnly,
+    /// Solvers to write decks for, separated by commas.
+    #[arg(long, value_name = "SOLVERS", value_delimiter = ',', default_value = "liggghts,yade")]
+    pub to: Vec<String>,
+    /// MPI ranks (LIGGGHTS) or threads (YADE) in the run script.
+    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u16).range(1..))]
+    pub ranks: u16,
+}
+
+/// `riprap compare`.
+#[derive(Debug, Args)]
+pub struct Compare {
+    /// Scene and output folder.
+    #[command(flatten)]
+    pub scene: SceneOnly,
+    /// Solvers to compare with, separated by commas (default: those installed).
+    #[arg(long, value_name = "SOLVERS", value_delimiter = ',')]
+    pub with: Vec<String>,
+}
+
+/// `riprap measure`.
+#[derive(Debug, Args)]
+pub struct Measure {
+    /// Meshes (STL, PLY, OBJ), clumps, packings, states, dumps.
+    #[arg(required = true)]
+    pub files: Vec<PathBuf>,
+}
+
+/// `riprap convert`.
+#[derive(Debug, Args)]
+pub struct Convert {
+    /// File to read.
+    pub input: PathBuf,
+    /// File to write; the extension chooses the format, see `riprap list formats`.
+    pub output: PathBuf,
+}
+
+/// `riprap view`.
+#[derive(Debug, Args)]
+pub struct View {
+    /// Mesh, clump, packing or state.
+    pub input: PathBuf,
+    /// PNG file to write.
+    #[arg(short, long, value_name = "PNG")]
+    pub output: PathBuf,
+}

@@ -1,0 +1,55 @@
+//! `riprap check`: judges a scene, runs nothing.
+
+use super::arguments::SceneOnly;
+use super::{Ending, Screen};
+use crate::scene::Loaded;
+use crate::scene::verdict::Verdict;
+
+pub fn check(arguments: &SceneOnly, screen: &Screen) -> Result<(), Ending> {
+    let loaded = Loaded::read(&arguments.scene)?;
+    let verdict = Verdict::of(&loaded, &screen.job())?;
+    screen.result(&verdict, &text(&verdict))
+}
+
+fn text(v: &Verdict) -> String {
+    let mut text = format!("{}\n", v.title);
+    let mut line = |name: &str, value: String| text.push_str(&format!("  {name:12} {value}\n"));
+    line("grains", format!("{} as about {} spheres, {} walls", v.grains, v.spheres, v.walls));
+    for pair in &v.pairs {
+        let c = &pair.contact;
+        line(
+            "contact",
+            format!(
+                "{} – {}: kn {:.4e} N/m, kt {:.4e} N/m, cn {:.4e} N s/m, ct {:.4e} N s/m, friction {}",
+                pair.between[0], pair.between[1], c.kn, c.kt, c.cn, c.ct, c.friction
+            ),
+        );
+        line("", format!("{}; restitution {}", pair.stiffness, range(pair.restitution)));
+    }
+    line("step", format!("{:.4e} s × {} steps ({})", v.step, v.steps, v.reason));
+    line("limit", format!("{:.4e} s: {}", v.advice.limit, v.advice.limit_reason));
+    line("overlap", v.advice.overlap_forecast());
+    line("forecast", format!("{:.1} MB, about {} on one thread", v.memory / 1e6, duration(v.seconds)));
+    line("needs", v.needs.join(", "));
+    line("left out", v.left_out.join(", "));
+    for note in &v.solvers {
+        line("note", note.clone());
+    }
+    text
+}
+
+fn range([first, second]: [f64; 2]) -> String {
+    if (first - second).abs() < 5e-4 {
+        return format!("{first:.3}");
+    }
+    format!("{first:.3} (lightest pair) to {second:.3} (heaviest)")
+}
+
+fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 1.0 => "a second".to_owned(),
+        s if s < 120.0 => format!("{s:.0} s"),
+        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.0} h", s / 3600.0),
+    }
+}

@@ -1,0 +1,51 @@
+//! `riprap compare`: the same scene here and in the installed solvers.
+
+use super::arguments::Compare;
+use super::export::named;
+use super::{Ending, Screen};
+use crate::scene::comparing::Compared;
+use crate::scene::road::Road;
+use crate::solver::{self, Solver};
+
+pub fn compare(arguments: &Compare, screen: &Screen) -> Result<(), Ending> {
+    let solvers = chosen(&arguments.with, screen)?;
+    let scene = &arguments.scene;
+    let mut road = Road::open(&scene.scene, scene.output.as_deref(), screen.job())?;
+    let compared = road.compare(&solvers)?;
+    screen.remarks(&mut road);
+    conclude(&road, &compared, screen)
+}
+
+/// The solvers to compare with: those asked for, all of which must be installed, or all that are.
+pub fn chosen(keys: &[String], screen: &Screen) -> Result<Vec<&'static dyn Solver>, Ending> {
+    if !keys.is_empty() {
+        let solvers = named(keys)?;
+        let missing = solvers.iter().find(|solver| solver.find().is_none());
+        return match missing {
+            Some(solver) => {
+                Err(Ending::Solver(format!("{} is not installed; {}", solver.name(), solver.how_to_install())))
+            }
+            None => Ok(solvers),
+        };
+    }
+    let (found, missing): (Vec<_>, Vec<_>) = solver::all().into_iter().partition(|s| s.find().is_some());
+    for solver in missing {
+        screen.warn(&format!("{} was not found and is left out; {}", solver.name(), solver.how_to_install()));
+    }
+    Ok(found)
+}
+
+/// Prints the result of a comparison.
+pub fn conclude(road: &Road, compared: &Compared, screen: &Screen) -> Result<(), Ending> {
+    let page = road.store.path("report/index.html");
+    let text = format!("{}\n{}\n", compared.comparison.text(), page.display());
+    screen.result(&compared.comparison, &text)?;
+    if let Some(failure) = compared.failures.first() {
+        return Err(Ending::Solver(failure.clone()));
+    }
+    super::run::finished(&compared.ours)?;
+    if compared.comparison.passed() {
+        return Ok(());
+    }
+    Err(Ending::Work("the solvers differ by more than the stated tolerances; see the report".to_owned()))
+}

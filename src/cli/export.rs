@@ -1,0 +1,43 @@
+//! `riprap export`: decks that run as they are.
+
+use super::arguments::Export;
+use super::{Ending, Screen};
+use crate::scene::road::Road;
+use crate::solver::{self, LimitKind, Solver};
+use serde_json::json;
+
+pub fn export(arguments: &Export, screen: &Screen) -> Result<(), Ending> {
+    let solvers = named(&arguments.to)?;
+    let scene = &arguments.scene;
+    let mut road = Road::open(&scene.scene, scene.output.as_deref(), screen.job())?;
+    let (_, built) = road.built()?;
+    let options = solver::DeckOptions { ranks: usize::from(arguments.ranks), ..solver::DeckOptions::default() };
+    let mut text = String::new();
+    let mut written = Vec::new();
+    for solver in solvers {
+        let limits = solver.limits(&built.model);
+        if let Some(refused) = limits.iter().find(|limit| limit.kind == LimitKind::Refused) {
+            return Err(Ending::Work(format!("{} cannot run this scene: {}", solver.name(), refused.what)));
+        }
+        for limit in &limits {
+            screen.warn(&format!("{}: {}", solver.name(), limit.what));
+        }
+        let deck = road.export(solver, &built.model, &options)?;
+        text.push_str(&format!("{}\n", deck.folder.join("run.sh").display()));
+        let notes: Vec<&str> = limits.iter().map(|limit| limit.what.as_str()).collect();
+        written.push(json!({ "solver": solver.key(), "folder": deck.folder, "notes": notes }));
+    }
+    screen.result(&written, &text)
+}
+
+/// The solvers with these keys.
+pub fn named(keys: &[String]) -> Result<Vec<&'static dyn Solver>, Ending> {
+    keys.iter()
+        .map(|key| {
+            solver::all().into_iter().find(|solver| solver.key() == key).ok_or_else(|| {
+                let known: Vec<&str> = solver::all().iter().map(|solver| solver.key()).collect();
+                Ending::Input(format!("there is no solver \"{key}\"; known: {}", known.join(", ")))
+            })
+        })
+        .collect()
+}

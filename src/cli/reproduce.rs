@@ -1,0 +1,114 @@
+//! `riprap reproduce`: clumps for the grains of a scene, or for one mesh.
+
+use super::arguments::Reproduce;
+use super::{Ending, Screen};
+use crate::clump::{self, Clump, Fidelity, MassSource, Method};
+use crate::format;
+use crate::geometry::check;
+use crate::scene::road::Road;
+use crate::shape::Solid;
+use serde_json::json;
+
+pub fn reproduce(arguments: &Reproduce, screen: &Screen) -> Result<(), Ending> {
+    let is_scene = arguments.input.extension().is_some_and(|extension| extension == "toml");
+    if is_scene { of_scene(arguments, screen) } else { of_mesh(arguments, screen) }
+}
+
+fn of_scene(arguments: &Reproduce, screen: &Screen) -> Result<(), Ending> {
+    let mut road = Road::open(&arguments.input, arguments.output.as_deref(), screen.job())?;
+    let grains = road.grains()?;
+    let clumps: Vec<&Clump> =
+        grains.distinct.iter().map(|grain| &grain.clump).filter(|clump| clump.fidelity.is_some()).collect();
+    let mut text = header();
+    clumps.iter().take(12).for_each(|clump| text.push_str(&row(clump)));
+    if clumps.len() > 12 {
+        text.push_str(&format!("… {} more in {}\n", clumps.len() - 12, road.store.path("clumps").display()));
+    }
+    let facts: Vec<_> = clumps.iter().map(|clump| facts(clump)).collect();
+    screen.result(&json!({ "output": road.store.root(), "clumps": facts }), &text)
+}
+
+fn of_mesh(arguments: &Reproduce, screen: &Screen) -> Result<(), Ending> {
+    let name = arguments.input.file_stem().map_or("mesh".to_owned(), |stem| stem.to_string_lossy().into_owned());
+    let mesh = format::read_mesh(&arguments.input)?;
+    let (mesh, repairs) = check::solid(&mesh)
+        .map_err(|fault| Ending::Input(format!("{}: {fault}", arguments.input.display())))?;
+    for repair in repairs.sentences() {
+        screen.warn(&repair);
+    }
+    let mass = mesh.mass_properties();
+    let solid = Solid { name, mesh, mass, recipe: arguments.input.display().to_string() };
+    let clump = match arguments.error {
+        Some(error) => to_error(&solid, &arguments.method, error, screen)?,
+        None => with_spheres(&solid, &arguments.method, arguments.spheres.unwrap_or(20), screen)?,
+    };
+    let output = arguments.output.clone().unwrap_or_else(|| arguments.input.with_extension("clump.csv"));
+    clump::file::write(&output, &clump)?;
+    let text = format!("{}{}{}\n", header(), row(&clump), output.display());
+    screen.result(&json!({ "output": output, "clump": facts(&clump) }), &text)
+}
+
+fn with_spheres(solid: &Solid, method: &str, spheres: u32, screen: &Screen) -> Result<Clump, Ending> {
+    let method = Method::with_spheres(method, spheres).ok_or_else(|| {
+        let known: Vec<&str> = clump::METHODS.iter().map(|entry| entry.key).collect();
+        Ending::Input(format!("there is no clump method \"{method}\"; known: {}", known.join(", ")))
+    })?;
+    Ok(clump::reproduce(solid, &method, MassSource::Solid, 0, 0, &screen.job())?)
+}
+
+/// The first clump on a ladder of rising sphere counts whose RMS distance is at most `error` of the equivalent diameter.
+fn to_error(solid: &Solid, method: &str, error: f64, screen: &Screen) -> Result<Clump, Ending> {
+    if !(error > 0.0 && error < 1.0) {
+        return Err(Ending::Input(format!("--error is {error}; allowed: greater than 0, less than 1")));
+    }
+    let ladder = [5, 7, 10, 14, 20, 28, 40, 56, 80, 113, 160, 226, 320, 452, 640, 905, 1280];
+    let mut best = f64::INFINITY;
+    for spheres in ladder {
+        if screen.job().is_cancelled() {
+            return Err(Ending::Cancelled("stopped".to_owned()));
+        }
+        let clump = with_spheres(solid, method, spheres, screen)?;
+        let reached = clump.fidelity.map_or(0.0, |f| f.rms_distance / f.equivalent_diameter);
+        if reached <= error {
+            return Ok(clump);
+        }
+        best = best.min(reached);
+    }
+    Err(Ending::Work(format!("{method} does not reach an RMS distance of {error}; its best was {best:.4}")))
+}
+
+fn header() -> String {
+    format!(
+        "{:24} {:>7} {:>9} {:>8} {:>8} {:>10} {:>10} {:>9}\n",
+        "clump", "spheres", "volume %", "mean %", "RMS %", "largest %", "centroid %", "inertia %"
+    )
+}
+
+fn row(clump: &Clump) -> String {
+    let Some(f) = &clump.fidelity else {
+        return format!("{:24} {:>7}\n", clump.name, clump.balls.len());
+    };
+    let [volume, mean, rms, largest, centroid, inertia] = percentages(f);
+    format!(
+        "{:24} {:>7} {volume:>+9.2} {mean:>8.2} {rms:>8.2} {largest:>10.2} {centroid:>10.2} {inertia:>9.2}\n",
+        clump.name,
+        clump.balls.len()
+    )
+}
+
+fn percentages(f: &Fidelity) -> [f64; 6] {
+    let d = f.equivalent_diameter;
+    [
+        f.volume_error,
+        f.mean_distance / d,
+        f.rms_distance / d,
+        f.largest_distance / d,
+        f.centroid_error / d,
+        f.inertia_error,
+    ]
+    .map(|value| value * 100.0)
+}
+
+fn facts(clump: &Clump) -> serde_json::Value {
+    json!({ "name": clump.name, "method": clump.method, "spheres": clump.balls.len(), "fidelity": clump.fidelity })
+}

@@ -1,0 +1,198 @@
+//! From a packing to the model that all solvers share.
+
+use super::grains::Grain;
+use super::materials::{self, GrainFacts, PairFacts};
+use super::parameters::StepParameter;
+use super::walls::swept_bounds;
+use super::{Loaded, Scene};
+use crate::dem::limit::{Advice, advise};
+use crate::geometry::Bounds;
+use crate::geometry::container::Region;
+use crate::model::{Body, Dimension, Model, Plan, Sphere, StepReason, Wall};
+use crate::num::statistics::median;
+use crate::num::{Fault, Vec3};
+use crate::pack::{Packing, Placement};
+
+/// A model with what people want to know about how it came about.
+#[derive(Debug, Clone)]
+pub struct Built {
+    /// What the solvers get.
+    pub model: Model,
+    /// Contact parameters by pair.
+    pub pairs: Vec<PairFacts>,
+    /// Step limits and forecasts.
+    pub advice: Advice,
+}
+
+/// Puts grains, packing, walls and plan together.
+///
+/// # Errors
+/// A fault where contact parameters cannot be reached or the step is above the stability limit.
+pub fn build(
+    loaded: &Loaded,
+    region: Option<&Region>,
+    scene_walls: &[Wall],
+    grains: &[Grain],
+    copies: &[u32],
+    packing: &Packing,
+) -> Result<Built, Fault> {
+    let scene = &loaded.scene;
+    let dimension = if scene.dimension == 2 { Dimension::Two } else { Dimension::Three };
+    let (bodies, spheres) = bodies(scene, dimension, grains, copies, &packing.placements)?;
+    let facts: Vec<GrainFacts> = bodies
+        .iter()
+        .map(|body| {
+            let mine = &spheres[body.first_sphere as usize..][..body.sphere_count as usize];
+            let radii: Vec<f64> = mine.iter().map(|sphere| sphere.radius).collect();
+            // A body has at least one sphere, so there is a median.
+            GrainFacts { material: body.material, mass: body.mass, radius: median(&radii).unwrap_or(0.0) }
+        })
+        .collect();
+    let wall_materials: Vec<u16> = scene_walls.iter().map(|wall| wall.material).collect();
+    let contacts = materials::contacts(scene, &facts, &wall_materials)?;
+    let walls: Vec<Wall> = scene_walls
+        .iter()
+        .map(|wall| Wall { material: contacts.of_walls[wall.material as usize], ..wall.clone() })
+        .collect();
+    let gravity = scene.plan.gravity.map_or_else(
+        || if scene.dimension == 2 { Vec3::new(0.0, -9.81, 0.0) } else { Vec3::new(0.0, 0.0, -9.81) },
+        |vector| Vec3::from(vector.map(|c| c.0)),
+    );
+    let domain = domain(scene, region, &walls, &bodies, &spheres, &gravity);
+    let mut law = scene.plan.scheme.law();
+    law.tension = scene.plan.tension;
+    let plan = Plan {
+        step: 0.0,
+        reason: StepReason::Given,
+        steps: 0,
+        frame_every: 1,
+        series_every: 1,
+        checkpoint_every: 0,
+        scheme: scene.plan.scheme,
+        law,
+        insist: scene.plan.insist,
+    };
+    let mut model = Model {
+        title: scene.title.clone(),
+        dimension,
+        seed: scene.seed,
+        bodies,
+        spheres,
+        materials: contacts.materials,
+        contacts: contacts.table,
+        walls,
+        gravity,
+        local_damping: scene.plan.local_damping,
+        domain,
+        plan,
+    };
+    let advice = advise(&model);
+    set_step(scene, &mut model.plan, &advice)?;
+    Ok(Built { model, pairs: contacts.pairs, advice })
+}
+
+fn bodies(
+    scene: &Scene,
+    dimension: Dimension,
+    grains: &[Grain],
+    copies: &[u32],
+    placements: &[Placement],
+) -> Result<(Vec<Body>, Vec<Sphere>), Fault> {
+    let materials: Vec<u16> = scene
+        .grains
+        .iter()
+        .enumerate()
+        .map(|(index, family)| {
+            scene.material(family.material.as_deref()).map_err(|f| f.under(format!("grains[{index}]")))
+        })
+        .collect::<Result<_, _>>()?;
+    let densities: Vec<f64> = scene.materials.values().map(|m| m.density.map_or(0.0, |d| d.0)).collect();
+    let mut bodies = Vec::with_capacity(placements.len());
+    let mut spheres = Vec::new();
+    for placement in placements {
+        let number = copies[placement.grain as usize];
+        let grain = &grains[number as usize];
+        let material = materials[grain.family as usize];
+        let density = densities[material as usize];
+        let first_sphere = spheres.len() as u32;
+        let body = bodies.len() as u32;
+        let balls = &grain.clump.balls;
+        spheres.extend(balls.iter().map(|ball| Sphere { offset: ball.centre, radius: ball.radius, body }));
+        let mut made = if grain.clump.fidelity.is_none() {
+            let radius = balls[0].radius;
+            Body::sphere(dimension, placement.position, radius, density, material, first_sphere)
+        } else {
+            Body {
+                sphere_count: balls.len() as u32,
+                mass: density * grain.clump.volume,
+                inertia: grain.clump.inertia * density,
+                ..Body::sphere(dimension, placement.position, 1.0, density, material, first_sphere)
+            }
+        };
+        made.orientation = placement.orientation;
+        made.velocity = placement.velocity;
+        made.spin = placement.spin;
+        made.family = grain.family;
+        made.grain = number;
+        bodies.push(made);
+    }
+    Ok((bodies, spheres))
+}
+
+/// The room that bodies may be in: container, walls over their motion and bodies,
+/// with a margin of two body diameters; open sides leave as much room again as the container is high.
+fn domain(
+    scene: &Scene,
+    region: Option<&Region>,
+    walls: &[Wall],
+    bodies: &[Body],
+    spheres: &[Sphere],
+    gravity: &Vec3,
+) -> Bounds {
+    let mut bounds = swept_bounds(walls, scene.plan.duration.0);
+    let mut largest = 0.0f64;
+    let mut fastest = 0.0f64;
+    for body in bodies {
+        let mine = &spheres[body.first_sphere as usize..][..body.sphere_count as usize];
+        let reach = mine.iter().map(|s| s.offset.norm() + s.radius).fold(0.0, f64::max);
+        bounds = bounds.union(&Bounds::of([&body.position]).grown(reach));
+        largest = largest.max(reach);
+        fastest = fastest.max(body.velocity.norm());
+    }
+    match region {
+        Some(region) => {
+            let room = region.bounds();
+            let open = if region.is_closed() { 0.0 } else { room.size().amax() };
+            bounds.union(&room).grown(4.0 * largest + open)
+        }
+        None => {
+            let time = scene.plan.duration.0;
+            bounds.grown(4.0 * largest + fastest * time + 0.5 * gravity.norm() * time * time)
+        }
+    }
+}
+
+fn set_step(scene: &Scene, plan: &mut Plan, advice: &Advice) -> Result<(), Fault> {
+    let duration = scene.plan.duration.0;
+    match scene.plan.step {
+        StepParameter::Given(step) => {
+            if step.0 > advice.limit && !scene.plan.insist {
+                let problem = format!("is {:.4e} s, above the stability limit {:.4e} s ({})", step.0, advice.limit, advice.limit_reason);
+                let allowed = format!("at most {:.4e} s, \"auto\" ({:.4e} s), or `insist = true`", advice.limit, advice.step);
+                return Err(Fault::new("plan.step", problem, allowed));
+            }
+            plan.step = step.0;
+            plan.steps = (duration / step.0).round().max(1.0) as u64;
+        }
+        StepParameter::Auto => {
+            plan.steps = (duration / advice.step).ceil().max(1.0) as u64;
+            plan.step = duration / plan.steps as f64;
+            plan.reason = StepReason::Auto(advice.reason.clone());
+        }
+    }
+    let every = |count: u32| (plan.steps / u64::from(count.max(1))).max(1);
+    plan.frame_every = every(scene.output.frames);
+    plan.series_every = every(scene.output.rows);
+    plan.checkpoint_every = if scene.output.checkpoints == 0 { 0 } else { every(scene.output.checkpoints) };
+    Ok(())
+}

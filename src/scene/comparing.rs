@@ -1,0 +1,178 @@
+//! The stage that runs a scene here and in outside solvers, and says how far they agree.
+
+use super::build::Built;
+use super::parameters::Start;
+use super::road::{Packed, Road, RoadError};
+use crate::dem;
+use crate::model::{Frame, Model, Outcome, Run, Scheme};
+use crate::num::Job;
+use crate::report::compare::{Comparison, Twin, compare};
+use crate::solver::{Deck, DeckOptions, LimitKind, Solver};
+use std::io::Write;
+
+/// A comparison with the runs that it was made from.
+pub struct Compared {
+    /// What differs by how much.
+    pub comparison: Comparison,
+    /// Our own run.
+    pub ours: Run,
+    /// Runs of the outside solvers.
+    pub others: Vec<Run>,
+    /// Messages of solvers that failed.
+    pub failures: Vec<String>,
+}
+
+impl Road {
+    /// Writes the deck of one solver into `decks/KEY/`.
+    ///
+    /// # Errors
+    /// What the solver cannot express; a folder that cannot be written.
+    pub fn export(&mut self, solver: &dyn Solver, model: &Model, options: &DeckOptions) -> Result<Deck, RoadError> {
+        let folder = self.store.path("decks").join(solver.key());
+        Ok(solver.write(model, &folder, options)?)
+    }
+
+    /// Runs the scene here and in `solvers`, compares, writes `compare.json` and the report.
+    ///
+    /// # Errors
+    /// As [`Road::run`]. A solver that fails is an entry of `failures`, not an error.
+    pub fn compare(&mut self, solvers: &[&'static dyn Solver]) -> Result<Compared, RoadError> {
+        let (packed, built, run) = self.run(false)?;
+        let model = self.start(&built.model, &run);
+        let ours = if model == built.model { run.clone() } else { dem::run(&model, &self.job)? };
+        let (able, mut failures) = able(solvers, &model);
+        let mut running = self.store.begin("compare", "").map_err(self.unwritable())?;
+        let mut others = Vec::new();
+        let mut twins = Vec::new();
+        for (solver, outcome) in able.iter().zip(self.run_outside(&able, &model)?) {
+            match outcome {
+                Ok(run) => {
+                    if let Outcome::Failed { reason } = &run.outcome {
+                        failures.push(format!("{}: {reason}", solver.name()));
+                        continue;
+                    }
+                    if let Some(twin) = self.twin(solver.key(), &model)? {
+                        twins.push(Twin { of: others.len(), run: twin });
+                    }
+                    others.push(run);
+                }
+                Err(message) => failures.push(message),
+            }
+        }
+        let volume = packed.room.region.as_ref().map(crate::geometry::container::Region::volume);
+        let tolerance = &self.loaded.scene.compare.tolerance;
+        let comparison = compare(&model, &ours, &others, &twins, volume, tolerance);
+        self.store
+            .write(&mut running, "compare.json", |out| Ok(serde_json::to_writer_pretty(out, &comparison)?))
+            .map_err(self.unwritable())?;
+        self.store
+            .write(&mut running, "compare.csv", |out| out.write_all(comparison.csv().as_bytes()))
+            .map_err(self.unwritable())?;
+        self.store.finish(running).map_err(self.unwritable())?;
+        let compared = Compared { comparison, ours, others, failures };
+        self.page_of(&packed, &built, &run, Some(&compared))?;
+        Ok(compared)
+    }
+
+    /// The model that the comparison starts from.
+    fn start(&self, model: &Model, run: &Run) -> Model {
+        let parameters = &self.loaded.scene.compare;
+        let mut model = model.clone();
+        if let (Start::Final, Some(last)) = (parameters.start, run.frames.last()) {
+            for (body, state) in model.bodies.iter_mut().zip(&last.bodies) {
+                body.position = state.position;
+                body.orientation = state.orientation;
+                body.velocity = state.velocity;
+                body.spin = state.spin;
+            }
+        }
+        if let Some(steps) = parameters.steps {
+            model.plan.steps = steps;
+            model.plan.frame_every = (steps / u64::from(self.loaded.scene.output.frames)).max(1);
+            model.plan.series_every = (steps / u64::from(self.loaded.scene.output.rows)).max(1);
+        }
+        model
+    }
+
+    /// Runs each solver in a thread of its own.
+    fn run_outside(
+        &mut self,
+        solvers: &[&'static dyn Solver],
+        model: &Model,
+    ) -> Result<Vec<Result<Run, String>>, RoadError> {
+        let mut decks = Vec::new();
+        for solver in solvers {
+            decks.push(self.export(*solver, model, &DeckOptions::default())?);
+        }
+        let job = self.job.with_threads(1);
+        let runs = std::thread::scope(|scope| {
+            let threads: Vec<_> = solvers
+                .iter()
+                .zip(&decks)
+                .map(|(solver, deck)| {
+                    let job = job.clone();
+                    scope.spawn(move || outside(*solver, model, deck, &job))
+                })
+                .collect();
+            threads
+                .into_iter()
+                .map(|thread| thread.join().unwrap_or_else(|_| Err("a solver's reader ended early".to_owned())))
+                .collect()
+        });
+        if self.job.is_cancelled() {
+            return Err(RoadError::Cancelled);
+        }
+        Ok(runs)
+    }
+
+    /// Our own DEM with the solver's own scheme: what the solver should give to round-off.
+    fn twin(&self, key: &str, model: &Model) -> Result<Option<Run>, RoadError> {
+        let scheme = match key {
+            "liggghts" => Scheme::Liggghts,
+            "yade" => Scheme::Yade,
+            _ => return Ok(None),
+        };
+        let mut model = model.clone();
+        let tension = model.plan.law.tension;
+        model.plan.scheme = scheme;
+        model.plan.law = scheme.law();
+        model.plan.law.tension = tension && scheme == Scheme::Liggghts;
+        Ok(Some(dem::run(&model, &self.job)?))
+    }
+
+    /// Writes the report of a run without comparison, `report/index.html`.
+    ///
+    /// # Errors
+    /// As [`Road::run`].
+    pub fn page(&mut self) -> Result<(), RoadError> {
+        let (packed, built, run) = self.run(false)?;
+        self.page_of(&packed, &built, &run, None)
+    }
+
+    fn page_of(
+        &mut self,
+        packed: &Packed,
+        built: &Built,
+        run: &Run,
+        compared: Option<&Compared>,
+    ) -> Result<(), RoadError> {
+        super::paging::write(self, packed, built, run, compared)
+    }
+}
+
+/// The solvers that can run this model, and what the others cannot do.
+fn able(solvers: &[&'static dyn Solver], model: &Model) -> (Vec<&'static dyn Solver>, Vec<String>) {
+    let mut able = Vec::new();
+    let mut refused = Vec::new();
+    for solver in solvers {
+        match solver.limits(model).into_iter().find(|limit| limit.kind == LimitKind::Refused) {
+            Some(limit) => refused.push(format!("{} cannot run this scene: {}", solver.name(), limit.what)),
+            None => able.push(*solver),
+        }
+    }
+    (able, refused)
+}
+
+fn outside(solver: &dyn Solver, model: &Model, deck: &Deck, job: &Job) -> Result<Run, String> {
+    solver.run(model, deck, job).map_err(|error| format!("{}: {error}", solver.name()))
+}

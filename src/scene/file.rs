@@ -1,0 +1,187 @@
+//! Reading a scene file, and saying where in it something is wrong.
+
+use super::Scene;
+use crate::num::Fault;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// A scene with the file it came from.
+#[derive(Debug, Clone)]
+pub struct Loaded {
+    /// The parameters.
+    pub scene: Scene,
+    /// The file.
+    pub path: PathBuf,
+    /// Its text, for messages.
+    pub text: String,
+}
+
+/// Why a scene cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    /// The file cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// Values that cannot be used, each with its place in the file.
+    #[error("{}", messages.join("\n\n"))]
+    Wrong {
+        /// One message a fault, with file, line, column and the line itself.
+        messages: Vec<String>,
+    },
+}
+
+impl Loaded {
+    /// Reads and validates the scene at `path`.
+    ///
+    /// # Errors
+    /// [`SceneError::Unreadable`], or [`SceneError::Wrong`] with every fault found.
+    pub fn read(path: &Path) -> Result<Self, SceneError> {
+        let bytes = std::fs::read(path)
+            .map_err(|source| SceneError::Unreadable { path: path.to_owned(), source })?;
+        let text = String::from_utf8(bytes).map_err(|error| {
+            let message = format!("{}: is not UTF-8 text at byte {}", path.display(), error.utf8_error().valid_up_to());
+            SceneError::Wrong { messages: vec![message] }
+        })?;
+        Self::parse(path, text)
+    }
+
+    /// Validates a scene given as text; `path` is for messages and relative file names.
+    ///
+    /// # Errors
+    /// [`SceneError::Wrong`] with every fault found.
+    pub fn parse(path: &Path, text: String) -> Result<Self, SceneError> {
+        let scene: Scene = toml::from_str(&text).map_err(|error| {
+            let place = error.span().unwrap_or(0..0);
+            let message = with_suggestion(error.message());
+            SceneError::Wrong { messages: vec![pointed(path, &text, &place, &message)] }
+        })?;
+        let loaded = Self { scene, path: path.to_owned(), text };
+        match loaded.scene.faults() {
+            faults if faults.is_empty() => Ok(loaded),
+            faults => Err(loaded.wrong(&faults)),
+        }
+    }
+
+    /// An error that points at the places of `faults` in the file.
+    pub fn wrong(&self, faults: &[Fault]) -> SceneError {
+        let messages = faults
+            .iter()
+            .map(|fault| pointed(&self.path, &self.text, &place_of(&self.text, &fault.key), &fault.to_string()))
+            .collect();
+        SceneError::Wrong { messages }
+    }
+
+    /// The folder that relative file names in the scene start from.
+    pub fn base(&self) -> &Path {
+        self.path.parent().unwrap_or(Path::new("."))
+    }
+}
+
+/// Adds "did you mean" to serde's "unknown field/variant" messages.
+fn with_suggestion(message: &str) -> String {
+    let mut quoted = message.split('`').skip(1).step_by(2);
+    let Some(found) = quoted.next().filter(|_| message.starts_with("unknown ")) else {
+        return message.to_owned();
+    };
+    let best = quoted
+        .map(|known| (edit_distance(found, known), known))
+        .min()
+        .filter(|(distance, known)| *distance <= 2.max(known.len() / 3));
+    match best {
+        Some((_, known)) => format!("{message}; did you mean `{known}`?"),
+        None => message.to_owned(),
+    }
+}
+
+/// Levenshtein distance.
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, ca) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, cb) in b.iter().enumerate() {
+            let change = diagonal + usize::from(ca != *cb);
+            diagonal = row[j + 1];
+            row[j + 1] = change.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+/// Bytes of the value that `key` names, or of the nearest table around it that exists.
+fn place_of(text: &str, key: &str) -> Range<usize> {
+    let Ok(table) = DeTable::parse(text) else { return 0..0 };
+    let mut place = 0..0;
+    let mut current: Option<&Spanned<DeValue>> = None;
+    for (step, part) in key.replace('[', ".[").split('.').filter(|part| !part.is_empty()).enumerate() {
+        let next = match part.strip_prefix('[').and_then(|index| index.strip_suffix(']')) {
+            Some(index) => index.parse::<usize>().ok().and_then(|index| {
+                current.and_then(|value| value.get_ref().as_array()).and_then(|array| array.get(index))
+            }),
+            None if step == 0 => table.get_ref().get(part),
+            None => current.and_then(|value| value.get_ref().as_table()).and_then(|table| table.get(part)),
+        };
+        let Some(found) = next else { break };
+        place = found.span();
+        current = Some(found);
+    }
+    place
+}
+
+/// `message` with file, line, column and the offending line underlined.
+fn pointed(path: &Path, text: &str, place: &Range<usize>, message: &str) -> String {
+    let start = place.start.min(text.len());
+    let line_start = text[..start].rfind('\n').map_or(0, |at| at + 1);
+    let line_end = text[start..].find('\n').map_or(text.len(), |at| start + at);
+    let line = text[line_start..line_end].trim_end();
+    let row = text[..start].matches('\n').count() + 1;
+    let column = text[line_start..start].chars().count() + 1;
+    let width = text[start..place.end.clamp(start, line_end.max(start))].chars().count().max(1);
+    let gutter = row.to_string();
+    let blank = " ".repeat(gutter.len());
+    let marks = format!("{}{}", " ".repeat(column - 1), "^".repeat(width));
+    format!(
+        "{}:{row}:{column}: {message}\n {blank} |\n {gutter} | {line}\n {blank} | {marks}",
+        path.display()
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_are_found() {
+        let text = "a = 1\n[[b]]\nc = 2\n[[b]]\nc = { d = \"x\" }\n";
+        assert_eq!(&text[place_of(text, "b[1].c.d")], "\"x\"");
+        assert_eq!(&text[place_of(text, "b[0].c")], "2");
+        assert_eq!(&text[place_of(text, "a")], "1");
+        // What is missing points at what should hold it.
+        assert!(text[place_of(text, "b[1].nothing")].starts_with("[[b]]"));
+    }
+
+    #[test]
+    fn suggestions_are_near() {
+        let message = "unknown field `fricton`, expected one of `kn`, `friction`";
+        assert!(with_suggestion(message).ends_with("did you mean `friction`?"));
+        let far = "unknown field `zzzzzzzz`, expected one of `kn`, `friction`";
+        assert_eq!(with_suggestion(far), far);
+        assert_eq!(edit_distance("kitten", "sitting"), 3);
+    }
+
+    #[test]
+    fn pointer_is_under_the_value() {
+        let text = "x = 1\nlength = \"2 kg\"\n";
+        let shown = pointed(Path::new("s.toml"), text, &(15..21), "wrong");
+        assert!(shown.starts_with("s.toml:2:10: wrong"), "{shown}");
+        assert!(shown.ends_with("|          ^^^^^^"), "{shown}");
+    }
+}

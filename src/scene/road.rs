@@ -1,0 +1,369 @@
+//! The road from a scene to its results: each stage asks for the one before it,
+//! is done once, and is taken from the output folder where nothing has changed.
+
+use super::build::{self, Built};
+use super::grains::{self, Draw, Grain};
+use super::store::{Store, key};
+use super::walls::Room;
+use super::{Loaded, SceneError};
+use crate::clump::Clump;
+use crate::format::{self, FormatError};
+use crate::num::{Fault, Job};
+use crate::pack::{self, PackError, Packing};
+use crate::shape::{Solid, descriptors};
+use crate::solver::SolverError;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+/// Why the road ended early.
+#[derive(Debug, thiserror::Error)]
+pub enum RoadError {
+    /// The scene or a file that it names cannot be used.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A file could not be read or written.
+    #[error(transparent)]
+    Format(#[from] FormatError),
+    /// Something could not be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Unwritable {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// Our own DEM could not run the model.
+    #[error(transparent)]
+    Dem(#[from] crate::dem::DemError),
+    /// An outside solver is missing or failed.
+    #[error(transparent)]
+    Solver(#[from] SolverError),
+    /// The work was done but not as it should have been.
+    #[error("{0}")]
+    Work(String),
+    /// The user asked to stop; what is finished is kept.
+    #[error("stopped; what is finished is kept in the output folder")]
+    Cancelled,
+}
+
+/// A scene on its way.
+pub struct Road {
+    /// The scene.
+    pub loaded: Loaded,
+    /// Its output folder.
+    pub store: Store,
+    /// Progress, threads, cancelling.
+    pub job: Job,
+    /// Plain remarks for the user: what was done, what was taken from earlier.
+    pub remarks: Vec<String>,
+}
+
+/// Grains of a scene.
+pub struct Grains {
+    /// Distinct grains.
+    pub distinct: Vec<Grain>,
+    /// For every single grain the index of its distinct one.
+    pub copies: Vec<u32>,
+    /// Key of the stage, for those that build on it.
+    pub key: String,
+}
+
+/// A packing with what it was made of.
+pub struct Packed {
+    /// Container and walls.
+    pub room: Room,
+    /// Grains.
+    pub grains: Grains,
+    /// Where they went.
+    pub packing: Packing,
+    /// Key of the stage.
+    pub key: String,
+}
+
+/// What `shapes/shapes.json` remembers of a solid besides its STL file.
+#[derive(Serialize, Deserialize)]
+struct Remembered {
+    name: String,
+    recipe: String,
+}
+
+impl Road {
+    /// Reads the scene at `path` and opens its output folder: `out`, or `NAME.out` beside the scene.
+    ///
+    /// # Errors
+    /// A scene that cannot be used; a folder that cannot be written.
+    pub fn open(path: &Path, out: Option<&Path>, job: Job) -> Result<Self, RoadError> {
+        let loaded = Loaded::read(path)?;
+        let root = out.map_or_else(|| path.with_extension("out"), Path::to_owned);
+        let store = Store::open(&root, path, &loaded.text, loaded.scene.seed)
+            .map_err(|source| RoadError::Unwritable { path: root, source })?;
+        Ok(Self { loaded, store, job, remarks: Vec::new() })
+    }
+
+    /// An error that points at the place of `fault` in the scene file.
+    pub fn wrong(&self, fault: Fault) -> RoadError {
+        RoadError::Scene(self.loaded.wrong(&[fault]))
+    }
+
+    pub(super) fn unwritable(&self) -> impl Fn(std::io::Error) -> RoadError {
+        let path = self.store.root().to_owned();
+        move |source| RoadError::Unwritable { path: path.clone(), source }
+    }
+
+    fn parameters(&self, of: &dyn Fn(&super::Scene) -> serde_json::Value) -> serde_json::Value {
+        of(&self.loaded.scene)
+    }
+
+    /// True shapes of all distinct grains, in `shapes/`.
+    ///
+    /// # Errors
+    /// A shape that cannot be made; a folder that cannot be written.
+    pub fn solids(&mut self) -> Result<(Vec<Draw>, Vec<Option<Solid>>, String), RoadError> {
+        let draws = grains::draws(&self.loaded);
+        let families = self.parameters(&|scene| {
+            let part = |f: &super::parameters::Family| json!([f.name, f.count, f.size, f.shape, f.distinct]);
+            json!([scene.seed, scene.dimension, scene.grains.iter().map(part).collect::<Vec<_>>()])
+        });
+        let key = key("", &[families], self.loaded.base());
+        if !self.store.is_done("generate", &key) {
+            self.generate(&draws, &key)?;
+        }
+        let solids = self.read_solids(&draws)?;
+        Ok((draws, solids, key))
+    }
+
+    fn generate(&mut self, draws: &[Draw], key: &str) -> Result<(), RoadError> {
+        let mut running = self.store.begin("generate", key).map_err(self.unwritable())?;
+        let done = std::sync::atomic::AtomicU64::new(0);
+        let made: Vec<Option<Solid>> = in_pool(&self.job, || {
+            draws
+                .par_iter()
+                .map(|draw| {
+                    if self.job.is_cancelled() {
+                        return Err(RoadError::Cancelled);
+                    }
+                    let solid = grains::solid(&self.loaded, draw).map_err(|fault| self.wrong(fault))?;
+                    let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
+                    self.job.report("grains", count, draws.len() as u64);
+                    Ok(solid)
+                })
+                .collect::<Result<_, _>>()
+        })?;
+        let solids: Vec<&Solid> = made.iter().flatten().collect();
+        for solid in &solids {
+            let path = self
+                .store
+                .prepare(&mut running, &format!("shapes/{}.stl", solid.name))
+                .map_err(self.unwritable())?;
+            format::stl::write(&path, &solid.mesh)?;
+        }
+        if !solids.is_empty() {
+            let remembered: Vec<Remembered> = solids
+                .iter()
+                .map(|s| Remembered { name: s.name.clone(), recipe: s.recipe.clone() })
+                .collect();
+            self.store
+                .write(&mut running, "shapes/shapes.json", |out| Ok(serde_json::to_writer_pretty(out, &remembered)?))
+                .map_err(self.unwritable())?;
+            let table = descriptors::table(solids.iter().map(|s| (s.name.as_str(), &s.mesh)));
+            self.store
+                .write(&mut running, "shapes/shapes.csv", |out| out.write_all(table.as_bytes()))
+                .map_err(self.unwritable())?;
+        }
+        running.count("shapes", solids.len());
+        self.store.finish(running).map_err(self.unwritable())
+    }
+
+    /// Solids as they lie in the folder, so that a fresh run and a resumed one see the same bits.
+    fn read_solids(&self, draws: &[Draw]) -> Result<Vec<Option<Solid>>, RoadError> {
+        let remembered: Vec<Remembered> = std::fs::read(self.store.path("shapes/shapes.json"))
+            .ok()
+            .and_then(|bytes| serde_json::from_slice(&bytes).ok())
+            .unwrap_or_default();
+        draws
+            .iter()
+            .map(|draw| {
+                let starts = |known: &&Remembered| known.name.starts_with(&draw.name);
+                let Some(known) = remembered.iter().find(starts) else { return Ok(None) };
+                let family = &self.loaded.scene.grains[draw.family as usize];
+                if matches!(family.shape, crate::shape::Shape::Sphere) {
+                    return Ok(None);
+                }
+                let mesh = format::stl::read(&self.store.path(&format!("shapes/{}.stl", known.name)))?;
+                let mass = mesh.mass_properties();
+                Ok(Some(Solid { name: known.name.clone(), mesh, mass, recipe: known.recipe.clone() }))
+            })
+            .collect()
+    }
+
+    /// Clumps of all distinct grains, in `clumps/`.
+    ///
+    /// # Errors
+    /// A clump that cannot be made; a folder that cannot be written.
+    pub fn grains(&mut self) -> Result<Grains, RoadError> {
+        let (draws, solids, upstream) = self.solids()?;
+        let methods = self.parameters(&|scene| {
+            scene.grains.iter().map(|family| json!([family.clump, family.mass])).collect()
+        });
+        let key = key(&upstream, &[methods], self.loaded.base());
+        let plain = solids.iter().all(Option::is_none);
+        let clumps = if plain {
+            self.reproduce_all(&draws, &solids)?
+        } else if self.store.is_done("reproduce", &key) {
+            let bytes = std::fs::read(self.store.path("clumps/clumps.json")).map_err(self.unwritable())?;
+            serde_json::from_slice(&bytes).map_err(|error| self.unwritable()(error.into()))?
+        } else {
+            self.write_clumps(&draws, &solids, &key)?
+        };
+        let copies = grains::copies(&self.loaded, &draws);
+        let distinct = draws
+            .iter()
+            .zip(solids)
+            .zip(clumps)
+            .map(|((draw, solid), clump)| Grain { family: draw.family, solid, clump })
+            .collect();
+        Ok(Grains { distinct, copies, key })
+    }
+
+    fn reproduce_all(&self, draws: &[Draw], solids: &[Option<Solid>]) -> Result<Vec<Clump>, RoadError> {
+        let done = std::sync::atomic::AtomicU64::new(0);
+        let alone = self.job.with_threads(1);
+        in_pool(&self.job, || {
+            draws
+                .par_iter()
+                .zip(solids)
+                .map(|(draw, solid)| {
+                    if self.job.is_cancelled() {
+                        return Err(RoadError::Cancelled);
+                    }
+                    let clump = grains::reproduce(&self.loaded, draw, solid.as_ref(), &alone)
+                        .map_err(|fault| self.wrong(fault))?;
+                    let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
+                    self.job.report("clumps", count, draws.len() as u64);
+                    Ok(clump)
+                })
+                .collect()
+        })
+    }
+
+    fn write_clumps(
+        &mut self,
+        draws: &[Draw],
+        solids: &[Option<Solid>],
+        key: &str,
+    ) -> Result<Vec<Clump>, RoadError> {
+        let mut running = self.store.begin("reproduce", key).map_err(self.unwritable())?;
+        let clumps = self.reproduce_all(draws, solids)?;
+        for clump in clumps.iter().filter(|clump| clump.fidelity.is_some()) {
+            let path = self
+                .store
+                .prepare(&mut running, &format!("clumps/{}.csv", clump.name))
+                .map_err(self.unwritable())?;
+            crate::clump::file::write(&path, clump)?;
+        }
+        self.store
+            .write(&mut running, "clumps/clumps.json", |out| Ok(serde_json::to_writer_pretty(out, &clumps)?))
+            .map_err(self.unwritable())?;
+        running.count("clumps", clumps.len());
+        running.count("spheres", clumps.iter().map(|clump| clump.balls.len()).sum());
+        self.store.finish(running).map_err(self.unwritable())?;
+        Ok(clumps)
+    }
+
+    /// The packing, in `packing.csv`.
+    ///
+    /// # Errors
+    /// Grains that cannot be placed as asked; a folder that cannot be written.
+    pub fn packed(&mut self) -> Result<Packed, RoadError> {
+        let grains = self.grains()?;
+        let room = Room::of(&self.loaded).map_err(|fault| self.wrong(fault))?;
+        let method = self.parameters(&|scene| {
+            json!([scene.seed, scene.dimension, scene.container.as_ref().map(|c| &c.shape), scene.packing])
+        });
+        let key = key(&grains.key, &[method], self.loaded.base());
+        let packing = if self.store.is_done("pack", &key) {
+            self.read_packing()?
+        } else {
+            self.pack(&grains, &room, &key)?
+        };
+        Ok(Packed { room, grains, packing, key })
+    }
+
+    fn pack(&mut self, grains: &Grains, room: &Room, key: &str) -> Result<Packing, RoadError> {
+        let mut running = self.store.begin("pack", key).map_err(self.unwritable())?;
+        let list: Vec<pack::Grain> = grains
+            .copies
+            .iter()
+            .map(|&copy| {
+                let grain = &grains.distinct[copy as usize];
+                pack::Grain { clump: &grain.clump, solid: grain.solid.as_ref(), family: grain.family }
+            })
+            .collect();
+        let scene = &self.loaded.scene;
+        let names: Vec<&str> = scene.grains.iter().map(|family| family.name.as_str()).collect();
+        let packing = pack::pack(
+            &list,
+            &names,
+            room.region.as_ref(),
+            scene.dimension as usize,
+            &scene.packing,
+            scene.seed,
+            &self.job,
+        )
+        .map_err(|error| match error {
+            PackError::Fault(fault) => self.wrong(fault.under("packing")),
+            PackError::Cancelled => RoadError::Cancelled,
+            other => RoadError::Work(other.to_string()),
+        })?;
+        if packing.placements.is_empty() {
+            let problem = "places no grain at all in this container";
+            return Err(self.wrong(Fault::new("packing", problem, "a larger container or smaller grains")));
+        }
+        let path = self.store.prepare(&mut running, "packing.csv").map_err(self.unwritable())?;
+        pack::file::write(&path, &list, &packing)?;
+        self.store
+            .write(&mut running, "packing.json", |out| {
+                let summary = Packing { placements: Vec::new(), ..packing.clone() };
+                Ok(serde_json::to_writer_pretty(out, &summary)?)
+            })
+            .map_err(self.unwritable())?;
+        running.count("placed", packing.placements.len());
+        running.count("dropped", packing.dropped.len());
+        self.store.finish(running).map_err(self.unwritable())?;
+        Ok(packing)
+    }
+
+    fn read_packing(&self) -> Result<Packing, RoadError> {
+        let bytes = std::fs::read(self.store.path("packing.json")).map_err(self.unwritable())?;
+        let mut packing: Packing =
+            serde_json::from_slice(&bytes).map_err(|error| self.unwritable()(error.into()))?;
+        packing.placements = pack::file::read(&self.store.path("packing.csv"))?;
+        Ok(packing)
+    }
+
+    /// The model that all solvers share.
+    ///
+    /// # Errors
+    /// As [`Road::packed`]; contact parameters or a step that cannot be used.
+    pub fn built(&mut self) -> Result<(Packed, Built), RoadError> {
+        let packed = self.packed()?;
+        let built = self.build(&packed)?;
+        Ok((packed, built))
+    }
+
+    fn build(&self, packed: &Packed) -> Result<Built, RoadError> {
+        let Packed { room, grains, packing, .. } = packed;
+        build::build(&self.loaded, room.region.as_ref(), &room.walls, &grains.distinct, &grains.copies, packing)
+            .map_err(|fault| self.wrong(fault))
+    }
+}
+
+/// Runs `work` on a pool of the job's threads; on the caller's thread where no pool can be had.
+fn in_pool<T: Send>(job: &Job, work: impl FnOnce() -> T + Send) -> T {
+    match rayon::ThreadPoolBuilder::new().num_threads(job.threads).build() {
+        Ok(pool) => pool.install(work),
+        Err(_) => work(),
+    }
+}

@@ -1,0 +1,257 @@
+//! The stage that runs our own DEM: streams frames to disk, keeps checkpoints,
+//! goes on from the last one, and writes what people read.
+
+use super::build::Built;
+use super::road::{Packed, Road, RoadError};
+use super::store::{self, Running};
+use crate::dem::{self, Observer};
+use crate::format::{self, atomic, particles::Particles};
+use crate::model::{Frame, Model, Outcome, Run, SeriesRow};
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+use std::fs::File;
+use std::io::{BufReader, BufWriter, Read, Seek, Write};
+use std::path::{Path, PathBuf};
+
+const FRAMES: &str = "run/frames.bin";
+const CHECKPOINT: &str = "run/checkpoint.bin";
+
+/// A checkpoint with what the files held at that time.
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    key: String,
+    frames_bytes: u64,
+    rows: Vec<SeriesRow>,
+    state: Vec<u8>,
+}
+
+/// Frames go to disk as they come, rows stay here until the end.
+struct Recorder {
+    frames: BufWriter<File>,
+    frames_bytes: u64,
+    rows: Vec<SeriesRow>,
+    key: String,
+    checkpoint: PathBuf,
+    failure: Option<std::io::Error>,
+}
+
+impl Recorder {
+    fn attempt(&mut self, work: impl FnOnce(&mut Self) -> std::io::Result<()>) {
+        if self.failure.is_none() {
+            self.failure = work(self).err();
+        }
+    }
+}
+
+impl Observer for Recorder {
+    fn frame(&mut self, frame: &Frame) {
+        self.attempt(|me| {
+            let bytes = postcard::to_stdvec(frame).map_err(std::io::Error::other)?;
+            me.frames.write_all(&(bytes.len() as u64).to_le_bytes())?;
+            me.frames.write_all(&bytes)?;
+            me.frames_bytes += 8 + bytes.len() as u64;
+            Ok(())
+        });
+    }
+
+    fn row(&mut self, row: &SeriesRow) {
+        self.rows.push(*row);
+    }
+
+    fn checkpoint(&mut self, state: &[u8]) {
+        self.attempt(|me| {
+            me.frames.flush()?;
+            let saved = Saved {
+                key: me.key.clone(),
+                frames_bytes: me.frames_bytes,
+                rows: me.rows.clone(),
+                state: state.to_vec(),
+            };
+            let bytes = postcard::to_stdvec(&saved).map_err(std::io::Error::other)?;
+            atomic::write(&me.checkpoint, |out| out.write_all(&bytes))
+        });
+    }
+}
+
+impl Road {
+    /// Runs our own DEM, or takes the finished run from the folder. With `resume`,
+    /// an interrupted run goes on from its last checkpoint, bit for bit.
+    ///
+    /// # Errors
+    /// As [`Road::built`]; a step that the DEM refuses; a folder that cannot be written.
+    /// [`RoadError::Cancelled`] after Ctrl-C, with a checkpoint kept.
+    pub fn run(&mut self, resume: bool) -> Result<(Packed, Built, Run), RoadError> {
+        let (packed, built) = self.built()?;
+        let scene = &self.loaded.scene;
+        let rest = json!([scene.materials, scene.contact, scene.pairs, scene.container, scene.walls, scene.plan, scene.output]);
+        let key = store::key(&packed.key, &[rest], self.loaded.base());
+        if self.store.is_done("run", &key) {
+            let run = self.read_run()?;
+            return Ok((packed, built, run));
+        }
+        let run = self.simulate(&built.model, &key, resume)?;
+        Ok((packed, built, run))
+    }
+
+    fn simulate(&mut self, model: &Model, key: &str, resume: bool) -> Result<Run, RoadError> {
+        let saved = if resume { self.saved(key) } else { None };
+        let mut running = self.store.begin("run", key).map_err(self.unwritable())?;
+        let frames_path = self.store.prepare(&mut running, FRAMES).map_err(self.unwritable())?;
+        let (frames, frames_bytes) = open_frames(&frames_path, saved.as_ref()).map_err(self.unwritable())?;
+        let mut recorder = Recorder {
+            frames: BufWriter::new(frames),
+            frames_bytes,
+            rows: saved.as_ref().map(|s| s.rows.clone()).unwrap_or_default(),
+            key: key.to_owned(),
+            checkpoint: self.store.path(CHECKPOINT),
+            failure: None,
+        };
+        let state = saved.as_ref().map(|saved| saved.state.as_slice());
+        let summary = dem::simulate(model, state, &self.job, &mut recorder)?;
+        if let Some(failure) = recorder.failure {
+            return Err(self.unwritable()(failure));
+        }
+        recorder.frames.flush().map_err(self.unwritable())?;
+        if matches!(summary.outcome, Outcome::Cancelled { .. }) {
+            return Err(RoadError::Cancelled);
+        }
+        let run = Run {
+            solver: format!("riprap {} ({})", crate::VERSION, model.plan.scheme.key()),
+            outcome: summary.outcome,
+            frames: Vec::new(),
+            touches: Some(summary.touches),
+            series: recorder.rows,
+            cost: summary.cost,
+            notes: Vec::new(),
+        };
+        self.write_run(&mut running, model, &run)?;
+        running.count("steps", run.cost.steps as usize);
+        self.store.finish(running).map_err(self.unwritable())?;
+        // The checkpoint has done its duty; a finished run starts over only when its inputs change.
+        let _ = std::fs::remove_file(self.store.path(CHECKPOINT));
+        self.read_run()
+    }
+
+    fn saved(&mut self, key: &str) -> Option<Saved> {
+        let bytes = std::fs::read(self.store.path(CHECKPOINT)).ok()?;
+        let saved: Saved = postcard::from_bytes(&bytes).ok()?;
+        if saved.key == key {
+            return Some(saved);
+        }
+        self.remarks.push("the checkpoint belongs to other inputs; starting from the packing".to_owned());
+        None
+    }
+
+    fn write_run(&self, running: &mut Running, model: &Model, run: &Run) -> Result<(), RoadError> {
+        let text = |out: &mut dyn Write| -> std::io::Result<()> { Ok(serde_json::to_writer(out, run)?) };
+        self.store.write(running, "run/run.json", text).map_err(self.unwritable())?;
+        self.store
+            .write(running, "run/series.csv", |out| write_series(out, &run.series))
+            .map_err(self.unwritable())?;
+        let mut last = None;
+        for (number, frame) in Frames::open(&self.store.path(FRAMES)).map_err(self.unwritable())?.enumerate() {
+            let frame = frame.map_err(self.unwritable())?;
+            if self.loaded.scene.output.vtp {
+                let name = format!("run/frame-{number:05}.vtp");
+                let path = self.store.prepare(running, &name).map_err(self.unwritable())?;
+                format::vtp::write_particles(&path, &particles(model, &frame))?;
+            }
+            last = Some(frame);
+        }
+        if let Some(frame) = last {
+            let path = self.store.prepare(running, "run/final.csv").map_err(self.unwritable())?;
+            format::csv::write(&path, &particles(model, &frame))?;
+            let path = self.store.prepare(running, "run/final.vtp").map_err(self.unwritable())?;
+            format::vtp::write_particles(&path, &particles(model, &frame))?;
+        }
+        Ok(())
+    }
+
+    fn read_run(&self) -> Result<Run, RoadError> {
+        let bytes = std::fs::read(self.store.path("run/run.json")).map_err(self.unwritable())?;
+        let mut run: Run = serde_json::from_slice(&bytes).map_err(|error| self.unwritable()(error.into()))?;
+        run.frames = Frames::open(&self.store.path(FRAMES))
+            .and_then(|frames| frames.collect())
+            .map_err(self.unwritable())?;
+        Ok(run)
+    }
+}
+
+/// Opens the file of frames: empty, or cut back to what it held at the checkpoint.
+fn open_frames(path: &Path, saved: Option<&Saved>) -> std::io::Result<(File, u64)> {
+    match saved {
+        Some(saved) => {
+            let mut file = File::options().read(true).write(true).open(path)?;
+            file.set_len(saved.frames_bytes)?;
+            file.seek(std::io::SeekFrom::End(0))?;
+            Ok((file, saved.frames_bytes))
+        }
+        None => Ok((File::create(path)?, 0)),
+    }
+}
+
+/// Frames in a file, one after the other.
+struct Frames {
+    file: BufReader<File>,
+}
+
+impl Frames {
+    fn open(path: &Path) -> std::io::Result<Self> {
+        Ok(Self { file: BufReader::new(File::open(path)?) })
+    }
+}
+
+impl Iterator for Frames {
+    type Item = std::io::Result<Frame>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let mut length = [0; 8];
+        match self.file.read_exact(&mut length) {
+            Err(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => return None,
+            Err(error) => return Some(Err(error)),
+            Ok(()) => {}
+        }
+        let mut bytes = vec![0; u64::from_le_bytes(length) as usize];
+        Some(
+            self.file
+                .read_exact(&mut bytes)
+                .and_then(|()| postcard::from_bytes(&bytes).map_err(std::io::Error::other)),
+        )
+    }
+}
+
+/// A frame as a table of spheres.
+pub fn particles(model: &Model, frame: &Frame) -> Particles {
+    Particles {
+        bodies: Some(model.spheres.iter().map(|sphere| u64::from(sphere.body)).collect()),
+        materials: Some(
+            model.spheres.iter().map(|s| u32::from(model.bodies[s.body as usize].material)).collect(),
+        ),
+        velocities: Some(frame.velocities.clone()),
+        spins: Some(frame.spins.clone()),
+        forces: Some(frame.forces.clone()),
+        step: Some(frame.step),
+        time: Some(frame.time),
+        positions: frame.centres.clone(),
+        radii: model.spheres.iter().map(|s| s.radius).collect(),
+        ..Particles::default()
+    }
+}
+
+fn write_series(out: &mut dyn Write, rows: &[SeriesRow]) -> std::io::Result<()> {
+    writeln!(
+        out,
+        "t,step,kinetic,elastic,gravitational,normal_dashpot,tangential_dashpot,slip,local_damping,wall_work,\
+         energy_error,contacts,coordination,worst_overlap,momentum"
+    )?;
+    for r in rows {
+        writeln!(
+            out,
+            "{:e},{},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{},{:e},{:e},{:e}",
+            r.time, r.step, r.kinetic, r.elastic, r.gravitational, r.normal_dashpot, r.tangential_dashpot,
+            r.slip, r.local_damping, r.wall_work, r.energy_error, r.contacts, r.coordination,
+            r.worst_overlap, r.momentum
+        )?;
+    }
+    Ok(())
+}

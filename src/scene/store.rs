@@ -1,0 +1,221 @@
+//! The output folder of a scene: which stages are done, with which inputs, at
+//! what cost. A stage whose key has not changed and whose files are still there
+//! is not done again.
+
+use crate::format::atomic;
+use crate::num::clock::{Clock, peak_memory};
+use crate::num::random::fnv1a;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// `manifest.json`.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Manifest {
+    /// Version of riprap that wrote it.
+    pub riprap: String,
+    /// The scene file.
+    pub scene: String,
+    /// Hash of the text of the scene file.
+    pub scene_hash: String,
+    /// Seed.
+    pub seed: u64,
+    /// Stages in the order of their names.
+    pub stages: BTreeMap<String, Stage>,
+}
+
+/// One finished stage.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Stage {
+    /// Hash of everything that the result depends on.
+    pub key: String,
+    /// Wall-clock seconds.
+    pub wall_seconds: f64,
+    /// CPU seconds of this process and its children, user and system.
+    pub cpu_seconds: f64,
+    /// Largest resident memory of the process so far, bytes.
+    pub peak_bytes: Option<u64>,
+    /// What was made, by name.
+    pub counts: BTreeMap<String, u64>,
+    /// Files written, relative to the folder.
+    pub files: Vec<String>,
+}
+
+/// The output folder.
+#[derive(Debug)]
+pub struct Store {
+    root: PathBuf,
+    manifest: Manifest,
+}
+
+/// A stage that is being done.
+pub struct Running {
+    name: &'static str,
+    clock: Clock,
+    stage: Stage,
+}
+
+impl Store {
+    /// Opens the folder for a scene, creating it if need be.
+    ///
+    /// # Errors
+    /// What the system says if the folder cannot be created or written to.
+    pub fn open(root: &Path, scene: &Path, text: &str, seed: u64) -> std::io::Result<Self> {
+        std::fs::create_dir_all(root)?;
+        let earlier: Option<Manifest> = std::fs::read(root.join("manifest.json"))
+            .ok()
+            .and_then(|bytes| serde_json::from_slice(&bytes).ok())
+            .filter(|manifest: &Manifest| manifest.riprap == crate::VERSION);
+        let manifest = Manifest {
+            riprap: crate::VERSION.to_owned(),
+            scene: scene.display().to_string(),
+            scene_hash: hex(fnv1a(text.as_bytes())),
+            seed,
+            stages: earlier.unwrap_or_default().stages,
+        };
+        let store = Self { root: root.to_owned(), manifest };
+        store.write_manifest()?;
+        Ok(store)
+    }
+
+    /// Path of a file in the folder.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.root.join(name)
+    }
+
+    /// The folder.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// What is known of all stages.
+    pub fn manifest(&self) -> &Manifest {
+        &self.manifest
+    }
+
+    /// True if `stage` was finished with this key and its files still exist.
+    pub fn is_done(&self, stage: &str, key: &str) -> bool {
+        self.manifest.stages.get(stage).is_some_and(|known| {
+            known.key == key && known.files.iter().all(|file| self.root.join(file).exists())
+        })
+    }
+
+    /// Starts the clock of a stage and forgets its earlier result.
+    ///
+    /// # Errors
+    /// What the system says if the manifest cannot be written.
+    pub fn begin(&mut self, name: &'static str, key: &str) -> std::io::Result<Running> {
+        self.manifest.stages.remove(name);
+        self.write_manifest()?;
+        Ok(Running { name, clock: Clock::start(), stage: Stage { key: key.to_owned(), ..Stage::default() } })
+    }
+
+    /// Writes a file of a stage: beside, then renamed.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn write(
+        &self,
+        running: &mut Running,
+        name: &str,
+        content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+    ) -> std::io::Result<()> {
+        let path = self.prepare(running, name)?;
+        atomic::write(&path, content)
+    }
+
+    /// Notes a file of a stage that is written by somebody else; its folder exists afterwards.
+    ///
+    /// # Errors
+    /// What the system says if the folder cannot be created.
+    pub fn prepare(&self, running: &mut Running, name: &str) -> std::io::Result<PathBuf> {
+        let path = self.root.join(name);
+        if let Some(parent) = path.parent() {
+            std::fs::create_dir_all(parent)?;
+        }
+        running.stage.files.push(name.to_owned());
+        Ok(path)
+    }
+
+    /// Ends a stage: its result counts from here on.
+    ///
+    /// # Errors
+    /// What the system says if the manifest cannot be written.
+    pub fn finish(&mut self, running: Running) -> std::io::Result<()> {
+        let mut stage = running.stage;
+        let spent = running.clock.elapsed();
+        stage.wall_seconds = spent.wall_seconds;
+        stage.cpu_seconds = spent.cpu_seconds;
+        stage.peak_bytes = peak_memory();
+        self.manifest.stages.insert(running.name.to_owned(), stage);
+        self.write_manifest()
+    }
+
+    fn write_manifest(&self) -> std::io::Result<()> {
+        atomic::write(&self.root.join("manifest.json"), |out| {
+            serde_json::to_writer_pretty(&mut *out, &self.manifest)?;
+            writeln!(out)
+        })
+    }
+}
+
+impl Running {
+    /// Notes how many of something were made.
+    pub fn count(&mut self, what: &str, number: usize) {
+        self.stage.counts.insert(what.to_owned(), number as u64);
+    }
+}
+
+/// Key of a stage: version, the key of what it builds on, its own parameters, contents of files it reads.
+pub fn key(upstream: &str, parameters: &[serde_json::Value], base: &Path) -> String {
+    let mut text = format!("{} {upstream}", crate::VERSION);
+    for value in parameters {
+        text.push('\n');
+        text.push_str(&value.to_string());
+        add_files(value, base, &mut text);
+    }
+    hex(fnv1a(text.as_bytes()))
+}
+
+/// Adds the hash of every file that `value` names under `file`, `files` or `folder`.
+fn add_files(value: &serde_json::Value, base: &Path, text: &mut String) {
+    match value {
+        serde_json::Value::Object(map) => {
+            for (name, inner) in map {
+                if ["file", "files", "folder"].contains(&name.as_str()) {
+                    add_contents(inner, base, text);
+                } else {
+                    add_files(inner, base, text);
+                }
+            }
+        }
+        serde_json::Value::Array(items) => items.iter().for_each(|item| add_files(item, base, text)),
+        _ => {}
+    }
+}
+
+fn add_contents(value: &serde_json::Value, base: &Path, text: &mut String) {
+    match value {
+        serde_json::Value::Array(items) => items.iter().for_each(|item| add_contents(item, base, text)),
+        serde_json::Value::String(name) => {
+            let path = base.join(name);
+            let mut paths = vec![path.clone()];
+            if let Ok(entries) = std::fs::read_dir(&path) {
+                paths = entries.flatten().map(|entry| entry.path()).collect();
+                paths.sort();
+            }
+            for path in paths {
+                // A file that cannot be read is reported by the stage that needs it.
+                let hash = std::fs::read(&path).map_or(0, |bytes| fnv1a(&bytes));
+                text.push_str(&format!(" {} {}", path.display(), hex(hash)));
+            }
+        }
+        _ => {}
+    }
+}
+
+/// A hash as text.
+pub fn hex(hash: u64) -> String {
+    format!("{hash:016x}")
+}

@@ -1,0 +1,155 @@
+//! Judging a scene without running it: a few grains of each family are made in
+//! memory, the rest is arithmetic.
+
+use super::build::{self, Built};
+use super::grains::{self, Grain};
+use super::walls::Room;
+use super::{Loaded, SceneError};
+use crate::dem::limit::Advice;
+use crate::num::{Fault, Job, Rotation, Vec3};
+use crate::pack::{Measures, Packing, Placement};
+use crate::scene::materials::PairFacts;
+use crate::solver;
+use serde::Serialize;
+
+/// Distinct grains of each family that are made to judge a scene.
+const SAMPLES: usize = 5;
+/// Distinct plain spheres of each family that are looked at.
+const PLAIN_SAMPLES: usize = 2_000;
+/// Memory of our own DEM for one sphere, bytes (measured on 100 000 spheres, validation/README.md).
+const BYTES_PER_SPHERE: f64 = 800.0;
+/// Sphere-steps a second of our own DEM on one thread (order of magnitude, for the forecast of time).
+const SPEED: f64 = 4e6;
+
+/// What `riprap check` says of a scene.
+#[derive(Debug, Clone, Serialize)]
+pub struct Verdict {
+    /// Title of the scene.
+    pub title: String,
+    /// Grains asked for.
+    pub grains: u64,
+    /// Spheres that stand for them, from a few grains of each family.
+    pub spheres: u64,
+    /// Number of walls.
+    pub walls: usize,
+    /// Time step, s.
+    pub step: f64,
+    /// Why.
+    pub reason: String,
+    /// Number of steps.
+    pub steps: u64,
+    /// Stability limits and overlap forecast.
+    pub advice: Advice,
+    /// Contact parameters by pair of materials.
+    pub pairs: Vec<PairFacts>,
+    /// What the scene needs, as keys.
+    pub needs: Vec<&'static str>,
+    /// What is left out of kernels, decks and memory, as keys.
+    pub left_out: Vec<&'static str>,
+    /// Memory of our own DEM, bytes.
+    pub memory: f64,
+    /// Seconds that our own DEM will take on one thread.
+    pub seconds: f64,
+    /// What outside solvers cannot do or do differently.
+    pub solvers: Vec<String>,
+}
+
+impl Verdict {
+    /// Judges a scene.
+    ///
+    /// # Errors
+    /// Everything that would stop the scene before its run.
+    pub fn of(loaded: &Loaded, job: &Job) -> Result<Self, SceneError> {
+        let (built, spheres) = sample(loaded, job).map_err(|fault| loaded.wrong(&[fault]))?;
+        let Built { model, pairs, advice } = built;
+        let grains = loaded.scene.grains.iter().map(|family| u64::from(family.count)).sum();
+        let (needs, left_out): (Vec<_>, Vec<_>) = model.needs().table().into_iter().partition(|row| row.2);
+        let key = |rows: Vec<(&'static str, &'static str, bool)>| rows.into_iter().map(|row| row.0).collect();
+        let reason = match &model.plan.reason {
+            crate::model::StepReason::Given => "given in the scene".to_owned(),
+            crate::model::StepReason::Auto(reason) => reason.clone(),
+        };
+        let solvers = solver::all()
+            .into_iter()
+            .flat_map(|s| s.limits(&model).into_iter().map(move |limit| format!("{}: {}", s.name(), limit.what)))
+            .collect();
+        Ok(Self {
+            title: model.title.clone(),
+            grains,
+            spheres: spheres.round() as u64,
+            walls: model.walls.len(),
+            step: model.plan.step,
+            reason,
+            steps: model.plan.steps,
+            advice,
+            pairs,
+            needs: key(needs),
+            left_out: key(left_out),
+            memory: spheres * BYTES_PER_SPHERE,
+            seconds: spheres * model.plan.steps as f64 / SPEED,
+            solvers,
+        })
+    }
+}
+
+/// A model of a few grains of each family, side by side without contact, and
+/// the number of spheres that the whole scene will have.
+fn sample(loaded: &Loaded, job: &Job) -> Result<(Built, f64), Fault> {
+    let room = Room::of(loaded)?;
+    let mut samples: Vec<Grain> = Vec::new();
+    let mut spheres = 0.0;
+    let draws = grains::draws(loaded);
+    for (number, family) in loaded.scene.grains.iter().enumerate() {
+        let first = samples.len();
+        let plain = matches!(family.shape, crate::shape::Shape::Sphere);
+        let most = if plain { PLAIN_SAMPLES } else { SAMPLES };
+        for draw in draws.iter().filter(|draw| draw.family == number as u16).take(most) {
+            let solid = grains::solid(loaded, draw)?;
+            let clump = grains::reproduce(loaded, draw, solid.as_ref(), job)?;
+            samples.push(Grain { family: draw.family, solid, clump });
+        }
+        let made = samples.len() - first;
+        let balls: usize = samples[first..].iter().map(|grain| grain.clump.balls.len()).sum();
+        spheres += f64::from(family.count) * balls as f64 / made.max(1) as f64;
+    }
+    let packing = side_by_side(&samples, room.region.as_ref().map(|region| region.bounds().centre()));
+    let copies: Vec<u32> = (0..samples.len() as u32).collect();
+    let built = build::build(loaded, room.region.as_ref(), &room.walls, &samples, &copies, &packing)?;
+    Ok((built, spheres))
+}
+
+/// Grains in a row far from each other.
+fn side_by_side(samples: &[Grain], centre: Option<Vec3>) -> Packing {
+    let mut x = 0.0;
+    let placements = samples
+        .iter()
+        .enumerate()
+        .map(|(index, grain)| {
+            let radius = grain.clump.bounding_radius();
+            x += 3.0 * radius;
+            let position = centre.unwrap_or_else(Vec3::zeros) + Vec3::new(x, 0.0, 0.0);
+            x += 3.0 * radius;
+            Placement {
+                grain: index as u32,
+                position,
+                orientation: Rotation::identity(),
+                velocity: Vec3::zeros(),
+                spin: Vec3::zeros(),
+            }
+        })
+        .collect();
+    Packing {
+        placements,
+        dropped: Vec::new(),
+        outcome: String::new(),
+        measures: Measures {
+            container_volume: 0.0,
+            porosity: 1.0,
+            porosity_error: 0.0,
+            coordination: 0.0,
+            gap_tolerance: 0.0,
+            worst_overlap: 0.0,
+            least_gap: None,
+        },
+    }
+}
