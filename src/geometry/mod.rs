@@ -3,10 +3,15 @@
 
 pub mod balls;
 pub mod bounds;
+pub mod distance;
 pub mod mass;
 pub mod mesh;
+#[cfg(test)]
+pub mod samples;
+pub mod united;
 
 pub use balls::Ball;
 pub use bounds::Bounds;
+pub use distance::{DistanceError, Nearest, SignedDistance, SurfacePoint};
 pub use mass::MassProperties;
 pub use mesh::Mesh;
