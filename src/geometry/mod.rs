@@ -1,6 +1,7 @@
 //! Surfaces, solids, distances, containers. parry3d and boolmesh live in this
 //! room only; nothing of theirs appears in a public signature.
 
+pub mod arcs;
 pub mod balls;
 pub mod bounds;
 pub mod distance;
