@@ -10,9 +10,11 @@ pub mod mesh;
 #[cfg(test)]
 pub mod samples;
 pub mod united;
+pub mod visible;
 
 pub use balls::Ball;
 pub use bounds::Bounds;
 pub use distance::{DistanceError, Nearest, SignedDistance, SurfacePoint};
 pub use mass::MassProperties;
 pub use mesh::Mesh;
+pub use visible::Visible;
