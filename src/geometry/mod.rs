@@ -3,10 +3,14 @@
 
 pub mod balls;
 pub mod bounds;
+pub mod collide;
+pub mod grid;
 pub mod mass;
 pub mod mesh;
 
 pub use balls::Ball;
 pub use bounds::Bounds;
+pub use collide::Collider;
+pub use grid::BallGrid;
 pub use mass::MassProperties;
 pub use mesh::Mesh;
