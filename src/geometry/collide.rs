@@ -10,8 +10,8 @@
 use super::{Bounds, Mesh};
 use crate::num::{Rotation, Vec3};
 use parry3d::math::{Pose, Vector};
-use parry3d::query::{ClosestPoints, PointQuery, QueryDispatcher, Ray, RayCast};
 use parry3d::query::DefaultQueryDispatcher;
+use parry3d::query::{ClosestPoints, PointQuery, QueryDispatcher, Ray, RayCast};
 use parry3d::shape::TriMesh;
 
 /// Where a body is: its origin and how its frame is turned.
@@ -149,23 +149,9 @@ impl Collider {
 
 #[cfg(test)]
 mod tests {
+    use super::super::samples::box_mesh as cuboid;
     use super::*;
     use crate::num::random::{direction, rotation, stream, uniform};
-
-    /// Box with its centre at the origin.
-    fn cuboid(size: Vec3) -> Mesh {
-        let vertices = (0..8)
-            .map(|i| {
-                let corner = Vec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64);
-                (corner - Vec3::repeat(0.5)).component_mul(&size)
-            })
-            .collect();
-        let triangles = vec![
-            [0, 2, 1], [1, 2, 3], [4, 5, 6], [5, 7, 6], [0, 1, 4], [1, 5, 4],
-            [2, 6, 3], [3, 6, 7], [0, 4, 2], [2, 4, 6], [1, 3, 5], [3, 7, 5],
-        ];
-        Mesh { vertices, triangles }
-    }
 
     /// Separating axes of two boxes (exact): least separation over the 15 axes.
     fn boxes_separation(a: &Vec3, at: &Place, b: &Vec3, bt: &Place) -> f64 {
@@ -179,7 +165,8 @@ mod tests {
         }
         let between = bt.0 - at.0;
         let mut best = f64::NEG_INFINITY;
-        for axis in candidates.iter().filter(|axis| axis.norm() > 1e-9).map(|axis| axis.normalize()) {
+        for axis in candidates.iter().filter(|axis| axis.norm() > 1e-9).map(|axis| axis.normalize())
+        {
             let half = |e: &[Vec3; 3], s: &Vec3| {
                 (0..3).map(|k| 0.5 * s[k] * e[k].dot(&axis).abs()).sum::<f64>()
             };

@@ -1,6 +1,6 @@
 //! Containers as a scene file gives them, and what they become: see [`Region`].
 
-use super::region::{CylinderRegion, Rectangle, Region};
+use super::region::{CylinderRegion, MeshRegion, Rectangle, Region};
 use super::{Bounds, Mesh};
 use crate::num::units::Length;
 use crate::num::{Fault, Vec3};
@@ -209,7 +209,11 @@ impl BoxContainer {
                 if low.len() == high.len() && low.iter().zip(high).all(|(l, h)| l.0 < h.0) {
                     return Ok(());
                 }
-                Err(Fault::new("high", "is not above `low`", "larger numbers than in `low`, as many"))
+                Err(Fault::new(
+                    "high",
+                    "is not above `low`",
+                    "larger numbers than in `low`, as many",
+                ))
             }
             (Some(_), _, Some(_)) => {
                 Err(Fault::new("high", "stands beside `size`", "`size`, or `low` and `high`"))
@@ -230,7 +234,8 @@ impl BoxContainer {
             Vec3::from_fn(|axis, _| values.get(axis).map_or(0.0, |value| value.0))
         };
         let mut low = corner(&self.low);
-        let mut high = if self.high.is_some() { corner(&self.high) } else { low + corner(&self.size) };
+        let mut high =
+            if self.high.is_some() { corner(&self.high) } else { low + corner(&self.size) };
         if dimension == 2 {
             (low.z, high.z) = (-0.5, 0.5);
         }
@@ -239,7 +244,11 @@ impl BoxContainer {
             let (axis, is_high) = side.face(dimension);
             if axis >= dimension {
                 let key = format!("open[{index}]");
-                return Err(Fault::new(key, "is a side along z in two dimensions", "x-, x+, y-, y+"));
+                return Err(Fault::new(
+                    key,
+                    "is a side along z in two dimensions",
+                    "x-, x+, y-, y+",
+                ));
             }
             open[axis][usize::from(is_high)] = true;
         }
@@ -257,7 +266,11 @@ impl CylinderContainer {
         for (index, side) in self.open.iter().enumerate() {
             if side.face(3).0 != self.axis as usize {
                 let key = format!("open[{index}]");
-                return Err(Fault::new(key, "is not an end of the cylinder", "an end along `axis`"));
+                return Err(Fault::new(
+                    key,
+                    "is not an end of the cylinder",
+                    "an end along `axis`",
+                ));
             }
         }
         Ok(())
@@ -287,6 +300,14 @@ impl MeshContainer {
         }
         Fault::positive("unit", self.unit.0)
     }
+
+    fn region(&self, surface: Option<&Mesh>) -> Result<Region, Fault> {
+        let Some(surface) = surface else {
+            return Err(Fault::new("file", "was not read", "a surface file that can be read"));
+        };
+        let unit = self.unit.0;
+        MeshRegion::new(surface.mapped(|v| v * unit)).map(Box::new).map(Region::Mesh)
+    }
 }
 
 #[cfg(test)]
@@ -304,19 +325,25 @@ mod tests {
     #[test]
     fn scene_text_becomes_a_region() {
         let room = region(r#"box = { size = ["2 cm", 0.03, 0.04], open = ["top"] }"#, 3);
-        let Ok(Region::Box(room)) = room else { panic!("{room:?}") };
+        let Ok(Region::Box(room)) = room else { panic!("not a box") };
         assert_eq!(room.bounds.high, Vec3::new(0.02, 0.03, 0.04));
         assert_eq!(room.open, [[false, false], [false, false], [false, true]]);
-        let Ok(Region::Box(flat)) = region(r#"box = { low = [-1, 0], high = [1, 3], open = ["top"] }"#, 2)
-        else { panic!() };
+        let Ok(Region::Box(flat)) =
+            region(r#"box = { low = [-1, 0], high = [1, 3], open = ["top"] }"#, 2)
+        else {
+            panic!()
+        };
         assert_eq!(flat.open[1], [false, true]);
         assert_eq!(flat.bounds.low, Vec3::new(-1.0, 0.0, -0.5));
-        assert!(region(r#"cylinder = { radius = "1 cm", height = 0.1, axis = "y", open = ["y+"] }"#, 3).is_ok());
+        assert!(
+            region(r#"cylinder = { radius = "1 cm", height = 0.1, axis = "y", open = ["y+"] }"#, 3)
+                .is_ok()
+        );
     }
 
     #[test]
     fn wrong_containers_name_their_key() {
-        let key = |text: &str, dimension| region(text, dimension).expect_err("is wrong").key;
+        let key = |text: &str, dimension| region(text, dimension).err().expect("is wrong").key;
         assert_eq!(key("box = { size = [1, 1] }", 3), "box.size");
         assert_eq!(key("box = { size = [1, 1, 1] }", 2), "box.size");
         assert_eq!(key("box = { size = [1, -1, 1] }", 3), "box.size");
@@ -324,8 +351,14 @@ mod tests {
         assert_eq!(key("box = { low = [1, 1, 1], high = [2, 2, 1] }", 3), "box.high");
         assert_eq!(key("box = { size = [1, 1], open = ['z+'] }", 2), "box.open[0]");
         assert_eq!(key("cylinder = { radius = 1, height = 1 }", 2), "cylinder");
-        assert_eq!(key("cylinder = { radius = 1, height = 1, open = ['x+'] }", 3), "cylinder.open[0]");
-        assert_eq!(key("cylinder = { radius = 1, height = 1, segments = 3 }", 3), "cylinder.segments");
+        assert_eq!(
+            key("cylinder = { radius = 1, height = 1, open = ['x+'] }", 3),
+            "cylinder.open[0]"
+        );
+        assert_eq!(
+            key("cylinder = { radius = 1, height = 1, segments = 3 }", 3),
+            "cylinder.segments"
+        );
         assert_eq!(key("mesh = { file = 'a.stl' }", 3), "mesh.file");
         assert!(read("box = { size = [1, 1, 1], lid = true }").is_err());
         assert!(read("box = { size = [1, 1, 1], open = ['up'] }").is_err());

@@ -212,11 +212,9 @@ mod tests {
 
     fn random_balls(seed: u64, count: usize, ratio: f64) -> (Vec<Vec3>, Vec<f64>) {
         let mut source = stream(seed, "grid test", 0);
-        let centres = (0..count)
-            .map(|_| Vec3::from_fn(|_, _| uniform(&mut source, -1.0, 1.0)))
-            .collect();
-        let radii =
-            (0..count).map(|_| 0.1 * ratio.powf(-uniform(&mut source, 0.0, 1.0))).collect();
+        let centres =
+            (0..count).map(|_| Vec3::from_fn(|_, _| uniform(&mut source, -1.0, 1.0))).collect();
+        let radii = (0..count).map(|_| 0.1 * ratio.powf(-uniform(&mut source, 0.0, 1.0))).collect();
         (centres, radii)
     }
 
