@@ -4,17 +4,23 @@
 pub mod arcs;
 pub mod balls;
 pub mod bounds;
+pub mod collide;
+pub mod container;
 pub mod distance;
+pub mod grid;
 pub mod mass;
 pub mod mesh;
+pub mod region;
 #[cfg(test)]
 pub mod samples;
 pub mod united;
-pub mod visible;
 
 pub use balls::Ball;
 pub use bounds::Bounds;
+pub use collide::Collider;
+pub use container::Container;
 pub use distance::{DistanceError, Nearest, SignedDistance, SurfacePoint};
+pub use grid::BallGrid;
 pub use mass::MassProperties;
 pub use mesh::Mesh;
-pub use visible::Visible;
+pub use region::{Region, Surface};

@@ -1,9 +1,186 @@
 //! Packing: where each grain goes. One file a method.
+//!
+//! [`pack`] runs the method of a scene; [`measure`] says what came out, also
+//! for states of a run; [`file`] writes and reads `packing.csv`.
+
+pub mod array;
+pub mod file;
+pub mod measure;
+mod occupied;
+pub mod placed;
+pub mod random;
+
+pub use array::Array;
+pub use measure::{Contacts, contacts_of};
+pub use placed::Placed;
+pub use random::Random;
 
 use crate::clump::Clump;
-use crate::num::{Rotation, Vec3};
+use crate::format::error::FormatError;
+use crate::geometry::Region;
+use crate::num::random::{Stream, rotation, uniform};
+use crate::num::units::Speed;
+use crate::num::{Fault, Job, MethodEntry, Rotation, Vec3};
 use crate::shape::Solid;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// What can go wrong while grains are packed.
+#[derive(Debug, Error)]
+pub enum PackError {
+    /// A parameter, or a body given by the user, that cannot be used.
+    #[error(transparent)]
+    Wrong(#[from] Fault),
+    /// `packing.csv` could not be read or written.
+    #[error(transparent)]
+    File(#[from] FormatError),
+}
+
+/// How grains are placed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// One by one at random places where they overlap nothing.
+    Random(Random),
+    /// In regular rows and layers.
+    Array(Array),
+    /// Where the user says.
+    Placed(Placed),
+}
+
+/// Every packing method, for `riprap list packings`.
+pub const METHODS: &[MethodEntry] = &[
+    MethodEntry {
+        key: "random",
+        id: "P3",
+        summary: "grains one by one at random places and angles; kept where they overlap nothing, dropped after a number of tries",
+        source: "random sequential addition; Widom 1966, Manna 1992",
+    },
+    MethodEntry {
+        key: "array",
+        id: "P9",
+        summary: "rows and layers, square or staggered; for contact forces that are known beforehand",
+        source: "square, hexagonal, simple cubic and hexagonal close packing",
+    },
+    MethodEntry {
+        key: "placed",
+        id: "",
+        summary: "bodies one by one at places, angles and speeds of your own",
+        source: "",
+    },
+];
+
+/// How grains are turned when they are placed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Turn {
+    /// Uniform over all rotations; about z only in two dimensions.
+    #[default]
+    Random,
+    /// As the solid lies in its own file.
+    Aligned,
+}
+
+impl Turn {
+    fn draw(self, grain: &Grain, dimension: usize, stream: &mut Stream) -> Rotation {
+        match (self, dimension) {
+            (Self::Aligned, _) => grain.clump.axes,
+            (Self::Random, 2) => {
+                let angle = uniform(stream, 0.0, std::f64::consts::TAU);
+                Rotation::from_axis_angle(&Vec3::z_axis(), angle)
+            }
+            (Self::Random, _) => rotation(stream),
+        }
+    }
+}
+
+impl Method {
+    /// A fault for parameters that cannot be used.
+    pub fn validate(&self) -> Result<(), Fault> {
+        match self {
+            Self::Random(parameters) => parameters.validate().map_err(|f| f.under("random")),
+            Self::Array(parameters) => parameters.validate().map_err(|f| f.under("array")),
+            Self::Placed(parameters) => parameters.validate().map_err(|f| f.under("placed")),
+        }
+    }
+}
+
+/// Places `grains` in `region` and measures what came out.
+///
+/// `families[grain.family]` names the family of a grain. The region says whether
+/// the packing is in two dimensions (then every body has z = 0 and turns about
+/// z only). Same input and seed give the same bits.
+///
+/// Errors: parameters that [`Method::validate`] refuses, a velocity along z in
+/// two dimensions, bodies of [`Placed`] that do not exist or overlap too much.
+/// Grains without a place are no error: see [`Packing::dropped`].
+pub fn pack(
+    grains: &[Grain],
+    families: &[&str],
+    region: &Region,
+    method: &Method,
+    seed: u64,
+    job: &Job,
+) -> Result<Packing, PackError> {
+    method.validate()?;
+    for (index, grain) in grains.iter().enumerate() {
+        if grain.clump.balls.is_empty() {
+            return Err(
+                Fault::new(format!("grains[{index}]"), "has no sphere", "one or more").into()
+            );
+        }
+    }
+    let mut laid = match method {
+        Method::Random(parameters) => parameters.lay(grains, region, seed, job),
+        Method::Array(parameters) => parameters.lay(grains, region, seed, job),
+        Method::Placed(parameters) => parameters.lay(grains, families, region),
+    }?;
+    laid.placements.sort_by_key(|placement| placement.grain);
+    laid.dropped.sort_unstable();
+    let measures = measure::measure(&laid.placements, grains, region);
+    let Laid { placements, dropped, outcome } = laid;
+    Ok(Packing { placements, dropped, outcome, measures })
+}
+
+/// What a method hands back.
+struct Laid {
+    placements: Vec<Placement>,
+    dropped: Vec<u32>,
+    outcome: String,
+}
+
+/// "placed 9 of 10 grains, 0.9 of 1 m³ (90 %)" and what was dropped.
+fn tally(grains: &[Grain], placements: &[Placement], dropped: &[u32], why: &str) -> String {
+    let wanted: f64 = grains.iter().map(|grain| grain.clump.volume).sum();
+    let got: f64 = placements.iter().map(|p| grains[p.grain as usize].clump.volume).sum();
+    let share = if wanted > 0.0 { 100.0 * got / wanted } else { 100.0 };
+    let mut text = format!(
+        "placed {} of {} grains, {got:.4e} of {wanted:.4e} m³ wanted ({share:.2} %)",
+        placements.len(),
+        grains.len()
+    );
+    if !dropped.is_empty() {
+        text.push_str(&format!("; dropped {}: {why}", dropped.len()));
+    }
+    text
+}
+
+/// Velocity of all bodies, checked against the dimension.
+fn common_velocity(velocity: &[Speed; 3], dimension: usize) -> Result<Vec3, Fault> {
+    if dimension == 2 && velocity[2].0 != 0.0 {
+        let problem = format!("has {} m/s along z in two dimensions", velocity[2].0);
+        return Err(Fault::new("velocity", problem, "0 along z"));
+    }
+    Ok(Vec3::from_fn(|axis, _| velocity[axis].0))
+}
+
+fn finite_velocity(velocity: &[Speed; 3]) -> Result<(), Fault> {
+    if velocity.iter().all(|v| v.0.is_finite()) {
+        return Ok(());
+    }
+    Err(Fault::new("velocity", "is not finite", "three finite numbers"))
+}
 
 /// One grain to be placed.
 #[derive(Debug, Clone, Copy)]

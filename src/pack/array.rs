@@ -1,0 +1,187 @@
+//! Regular arrays (P9): nodes of a lattice, filled from the low corner.
+//!
+//! Square: rows and columns (simple cubic in three dimensions). Staggered:
+//! hexagonal rows (hexagonal close packing, layers A B A B). The pitch is the
+//! largest bounding sphere of all grains plus the gap, so equal spheres fill
+//! π/4 and π/(2√3) of the plane, π/6 and π/(3√2) of space far from the walls.
+//!
+//! Lengths in m; p pitch, r largest bounding radius. Cost O(nodes visited) with
+//! one clearance query a node for a cylinder or mesh, none for a box. Grains
+//! beyond the last node are dropped and reported.
+
+use super::occupied::{clump_radius, placement};
+use super::{Grain, Laid, Turn, common_velocity, finite_velocity, tally};
+use crate::geometry::{Bounds, Region};
+use crate::num::random::{direction, stream, uniform};
+use crate::num::units::{Length, Speed};
+use crate::num::{Fault, Job, Vec3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Parameters of a regular array.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Array {
+    /// Arrangement; default `square`.
+    pub pattern: Pattern,
+    /// Distance between neighbouring bounding spheres and to the boundary, m, 0 or more; default 0.
+    pub gap: Length,
+    /// Largest random displacement from the node, m, 0 to half the gap (so nothing overlaps); default 0.
+    pub jitter: Length,
+    /// How grains are turned; default `random`.
+    pub orientation: Turn,
+    /// Velocity of all bodies at the start, m/s; default 0.
+    pub velocity: [Speed; 3],
+}
+
+impl Default for Array {
+    fn default() -> Self {
+        Self {
+            pattern: Pattern::Square,
+            gap: Length(0.0),
+            jitter: Length(0.0),
+            orientation: Turn::Random,
+            velocity: [Speed(0.0); 3],
+        }
+    }
+}
+
+/// Arrangement of the nodes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Pattern {
+    /// Rows above rows: square in two dimensions, simple cubic in three.
+    Square,
+    /// Rows shifted by half a pitch: hexagonal in two dimensions, hexagonal close-packed in three.
+    Staggered,
+}
+
+/// Room by which a node may miss the boundary, in radii: rounding only.
+const SLACK: f64 = 1e-9;
+
+impl Array {
+    /// A fault for parameters that cannot be used.
+    pub fn validate(&self) -> Result<(), Fault> {
+        Fault::not_negative("gap", self.gap.0)?;
+        Fault::not_negative("jitter", self.jitter.0)?;
+        if self.jitter.0 > 0.5 * self.gap.0 {
+            let problem = format!("is {} m, more than half of `gap`", self.jitter.0);
+            return Err(Fault::new("jitter", problem, format!("0 to {} m", 0.5 * self.gap.0)));
+        }
+        finite_velocity(&self.velocity)
+    }
+
+    pub(super) fn lay(
+        &self,
+        grains: &[Grain],
+        region: &Region,
+        seed: u64,
+        job: &Job,
+    ) -> Result<Laid, Fault> {
+        let dimension = region.dimension();
+        let velocity = common_velocity(&self.velocity, dimension).map_err(|f| f.under("array"))?;
+        let radius = grains.iter().map(clump_radius).fold(0.0, f64::max);
+        let nodes = Nodes::new(self.pattern, region, radius, self.gap.0);
+        let mut placements = Vec::with_capacity(grains.len());
+        let mut free = nodes.iter().filter(|node| nodes.keep(region, node));
+        for (index, grain) in grains.iter().enumerate() {
+            if index % 4096 == 0 {
+                job.report("grains placed", index as u64, grains.len() as u64);
+                if job.is_cancelled() {
+                    break;
+                }
+            }
+            let Some(node) = free.next() else { break };
+            let mut source = stream(seed, "pack.array", index as u64);
+            let turn = self.orientation.draw(grain, dimension, &mut source);
+            let shift = match (self.jitter.0 > 0.0, dimension) {
+                (false, _) => Vec3::zeros(),
+                (true, 2) => {
+                    let angle = uniform(&mut source, 0.0, std::f64::consts::TAU);
+                    let length = self.jitter.0 * uniform(&mut source, 0.0, 1.0).sqrt();
+                    Vec3::new(angle.cos(), angle.sin(), 0.0) * length
+                }
+                (true, _) => {
+                    direction(&mut source) * (self.jitter.0 * uniform(&mut source, 0.0, 1.0).cbrt())
+                }
+            };
+            placements.push(placement(index, (node + shift, turn), velocity));
+        }
+        let dropped: Vec<u32> = (placements.len() as u32..grains.len() as u32).collect();
+        let why = match job.is_cancelled() {
+            true => "stopped before the array was full",
+            false => "the array is full",
+        };
+        let outcome = tally(grains, &placements, &dropped, why);
+        Ok(Laid { placements, dropped, outcome })
+    }
+}
+
+/// Nodes of the lattice inside the bounds of a region, x fastest, then y, then z.
+struct Nodes {
+    pattern: Pattern,
+    dimension: usize,
+    /// Box that the centres lie in.
+    room: Bounds,
+    radius: f64,
+    gap: f64,
+}
+
+impl Nodes {
+    fn new(pattern: Pattern, region: &Region, radius: f64, gap: f64) -> Self {
+        let room = region.bounds().grown(-(radius + gap));
+        Self { pattern, dimension: region.dimension(), room, radius, gap }
+    }
+
+    fn pitch(&self) -> f64 {
+        2.0 * self.radius + self.gap
+    }
+
+    /// Distances between rows and between layers.
+    fn steps(&self) -> (f64, f64) {
+        match self.pattern {
+            Pattern::Square => (self.pitch(), self.pitch()),
+            Pattern::Staggered => {
+                (self.pitch() * 0.75_f64.sqrt(), self.pitch() * (2.0 / 3.0_f64).sqrt())
+            }
+        }
+    }
+
+    /// How many steps from `from` stay inside on `axis`, the first node included.
+    fn count(&self, axis: usize, shift: f64, step: f64) -> usize {
+        let length = self.room.size()[axis] - shift + SLACK * self.radius;
+        if step > 0.0 && length >= 0.0 { (length / step) as usize + 1 } else { 0 }
+    }
+
+    fn iter(&self) -> impl Iterator<Item = Vec3> + '_ {
+        let (row_step, layer_step) = self.steps();
+        let layers = if self.dimension == 2 { 1 } else { self.count(2, 0.0, layer_step) };
+        (0..layers).flat_map(move |layer| {
+            let odd_layer = self.pattern == Pattern::Staggered && layer % 2 == 1;
+            // A sphere of layer B lies in the hollow of three spheres of layer A.
+            let y_shift = if odd_layer { self.pitch() * (1.0_f64 / 12.0).sqrt() } else { 0.0 };
+            let rows = self.count(1, y_shift, row_step);
+            (0..rows).flat_map(move |row| {
+                let odd = self.pattern == Pattern::Staggered && (row % 2 == 1) != odd_layer;
+                let x_shift = if odd { 0.5 * self.pitch() } else { 0.0 };
+                (0..self.count(0, x_shift, self.pitch())).map(move |column| {
+                    let z = match self.dimension {
+                        2 => 0.0,
+                        _ => self.room.low.z + layer_step * layer as f64,
+                    };
+                    Vec3::new(
+                        self.room.low.x + x_shift + self.pitch() * column as f64,
+                        self.room.low.y + y_shift + row_step * row as f64,
+                        z,
+                    )
+                })
+            })
+        })
+    }
+
+    /// True if the bounding sphere of a node keeps the gap from the boundary.
+    fn keep(&self, region: &Region, node: &Vec3) -> bool {
+        matches!(region, Region::Box(_))
+            || region.clearance(node) >= self.radius * (1.0 - SLACK) + self.gap
+    }
+}

@@ -1,0 +1,177 @@
+//! What is already in the container, and whether one more grain fits.
+//!
+//! Clumps: every ball against the balls of other bodies through a cell grid,
+//! O(balls of the grain). Solids: bounding spheres through the grid, then
+//! surface against surface.
+
+use super::{Grain, Placement};
+use crate::geometry::collide::Place;
+use crate::geometry::region::SolidRoom;
+use crate::geometry::{Ball, BallGrid, Bounds, Collider, Region};
+use crate::num::{Rotation, Vec3};
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+/// The spheres of a grain in world places.
+pub fn world_balls<'a>(balls: &'a [Ball], at: &'a Place) -> impl Iterator<Item = Ball> + 'a {
+    balls.iter().map(|ball| Ball { centre: at.0 + at.1 * ball.centre, radius: ball.radius })
+}
+
+/// Radius of the sphere about the centre of mass that holds the whole clump, m.
+pub fn clump_radius(grain: &Grain) -> f64 {
+    grain.clump.balls.iter().map(|ball| ball.centre.norm() + ball.radius).fold(0.0, f64::max)
+}
+
+/// The true shape of a grain, or its spheres where it has no other.
+enum Body {
+    Balls,
+    Solid(Rc<Collider>),
+}
+
+/// Grains that were placed, ready for the question whether another one fits.
+pub struct Occupied<'a> {
+    grains: &'a [Grain<'a>],
+    region: &'a Region,
+    gap: f64,
+    /// Of each grain; empty when clumps are tested.
+    bodies: Vec<Body>,
+    room: Option<SolidRoom<'a>>,
+    /// Largest distance of any point of each grain from its centre of mass.
+    radii: Vec<f64>,
+    /// Balls of all bodies, or one bounding sphere a body when solids are tested.
+    grid: BallGrid,
+    /// Grain and place behind each bounding sphere.
+    placed: Vec<(usize, Place)>,
+}
+
+impl<'a> Occupied<'a> {
+    /// Nothing yet; clumps are tested against clumps.
+    pub fn of_clumps(grains: &'a [Grain<'a>], region: &'a Region, gap: f64) -> Self {
+        let radii = grains.iter().map(clump_radius).collect();
+        let balls = grains.iter().flat_map(|grain| &grain.clump.balls);
+        let smallest = balls.map(|ball| ball.radius).fold(f64::INFINITY, f64::min);
+        let grid = BallGrid::new(smallest);
+        Self {
+            grains,
+            region,
+            gap,
+            bodies: Vec::new(),
+            room: None,
+            radii,
+            grid,
+            placed: Vec::new(),
+        }
+    }
+
+    /// Nothing yet; true shapes are tested against true shapes.
+    pub fn of_solids(grains: &'a [Grain<'a>], region: &'a Region, gap: f64) -> Self {
+        let unit = grains.iter().map(clump_radius).fold(0.0, f64::max);
+        // One collider for all grains that share clump and solid; the map is only looked up.
+        let mut known: BTreeMap<(usize, usize), Rc<Collider>> = BTreeMap::new();
+        let bodies: Vec<Body> = grains
+            .iter()
+            .map(|grain| {
+                let Some(solid) = grain.solid else { return Body::Balls };
+                let clump = grain.clump;
+                let key = (std::ptr::from_ref(clump).addr(), std::ptr::from_ref(solid).addr());
+                if let Some(collider) = known.get(&key) {
+                    return Body::Solid(Rc::clone(collider));
+                }
+                let in_body = |v: &Vec3| clump.axes.inverse() * (v - clump.centroid);
+                match Collider::new(&solid.mesh.mapped(in_body), unit) {
+                    Some(collider) => {
+                        let collider = Rc::new(collider);
+                        known.insert(key, Rc::clone(&collider));
+                        Body::Solid(collider)
+                    }
+                    None => Body::Balls,
+                }
+            })
+            .collect();
+        let radii: Vec<f64> = grains
+            .iter()
+            .zip(&bodies)
+            .map(|(grain, body)| match body {
+                Body::Balls => clump_radius(grain),
+                Body::Solid(collider) => collider.radius(),
+            })
+            .collect();
+        let grid = BallGrid::new(radii.iter().copied().fold(f64::INFINITY, f64::min));
+        let room = Some(region.for_solids(unit));
+        Self { grains, region, gap, bodies, room, radii, grid, placed: Vec::new() }
+    }
+
+    /// Bounds of `grain`, turned, about its centre of mass.
+    pub fn extent(&self, grain: usize, turn: &Rotation) -> Bounds {
+        match self.bodies.get(grain) {
+            Some(Body::Solid(collider)) => {
+                collider.vertices().iter().fold(Bounds::EMPTY, |b, v| b.with(&(turn * v)))
+            }
+            _ => self.grains[grain].clump.balls.iter().fold(Bounds::EMPTY, |bounds, ball| {
+                let (centre, reach) = (turn * ball.centre, Vec3::repeat(ball.radius));
+                bounds.with(&(centre - reach)).with(&(centre + reach))
+            }),
+        }
+    }
+
+    /// True if `grain` overlaps neither boundary nor bodies there and keeps the gap from all.
+    pub fn fits(&self, grain: usize, at: &Place) -> bool {
+        self.inside(grain, at) && self.free(grain, at)
+    }
+
+    fn inside(&self, grain: usize, at: &Place) -> bool {
+        if self.region.clearance(&at.0) >= self.radii[grain] + self.gap {
+            return true;
+        }
+        match (self.bodies.get(grain), &self.room) {
+            (Some(Body::Solid(collider)), Some(room)) => room.holds(collider, at, self.gap),
+            _ => world_balls(&self.grains[grain].clump.balls, at)
+                .all(|ball| self.region.clearance(&ball.centre) >= ball.radius + self.gap),
+        }
+    }
+
+    fn free(&self, grain: usize, at: &Place) -> bool {
+        if self.bodies.is_empty() {
+            return world_balls(&self.grains[grain].clump.balls, at)
+                .all(|ball| !self.grid.any_near(&ball.centre, ball.radius + self.gap));
+        }
+        // The skin that the solid test keeps is far below this widening.
+        let reach = self.radii[grain] * (1.0 + 1e-5) + self.gap;
+        self.grid.near(&at.0, reach, |number, _| {
+            let (other, other_at) = &self.placed[number as usize];
+            !self.close(grain, at, *other, other_at)
+        })
+    }
+
+    fn close(&self, grain: usize, at: &Place, other: usize, other_at: &Place) -> bool {
+        let balls = |grain: usize| &self.grains[grain].clump.balls;
+        match (&self.bodies[grain], &self.bodies[other]) {
+            (Body::Solid(a), Body::Solid(b)) => a.nearer_than(at, b, other_at, self.gap),
+            (Body::Solid(a), Body::Balls) => world_balls(balls(other), other_at)
+                .any(|ball| a.ball_nearer_than(at, &ball.centre, ball.radius, self.gap)),
+            (Body::Balls, Body::Solid(b)) => world_balls(balls(grain), at)
+                .any(|ball| b.ball_nearer_than(other_at, &ball.centre, ball.radius, self.gap)),
+            (Body::Balls, Body::Balls) => world_balls(balls(grain), at).any(|a| {
+                world_balls(balls(other), other_at)
+                    .any(|b| (a.centre - b.centre).norm() < a.radius + b.radius + self.gap)
+            }),
+        }
+    }
+
+    /// Puts `grain` there.
+    pub fn add(&mut self, grain: usize, at: Place) {
+        if self.bodies.is_empty() {
+            for ball in world_balls(&self.grains[grain].clump.balls, &at) {
+                self.grid.insert(ball.centre, ball.radius);
+            }
+        } else {
+            self.grid.insert(at.0, self.radii[grain]);
+            self.placed.push((grain, at));
+        }
+    }
+}
+
+/// A placement at rest but for `velocity`.
+pub fn placement(grain: usize, (position, orientation): Place, velocity: Vec3) -> Placement {
+    Placement { grain: grain as u32, position, orientation, velocity, spin: Vec3::zeros() }
+}
