@@ -65,6 +65,7 @@ fn spheres(table: &Particles) -> SphereMeasures {
         Some(bodies) => numbered(bodies),
         None => (0..table.len() as u32).collect(),
     };
+    let bodies = body.iter().max().map_or(0, |last| *last as usize + 1);
     let median = crate::num::statistics::median(&table.radii).unwrap_or(0.0);
     let contacts = contacts_of(&table.positions, &table.radii, &body, GAP * median);
     let bounds = table
@@ -75,13 +76,13 @@ fn spheres(table: &Particles) -> SphereMeasures {
     let ball = |radius: &f64| 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
     SphereMeasures {
         spheres: table.len(),
-        bodies: body.iter().max().map_or(0, |last| *last as usize + 1),
+        bodies,
         smallest_radius: table.radii.iter().copied().fold(f64::INFINITY, f64::min),
         largest_radius: table.radii.iter().copied().fold(0.0, f64::max),
         low: bounds.low.into(),
         high: bounds.high.into(),
         sphere_volume: table.radii.iter().map(ball).sum(),
-        coordination: contacts.coordination,
+        coordination: contacts.coordination(bodies),
         worst_overlap: contacts.worst_overlap,
         least_gap: contacts.least_gap,
         fastest: table.velocities.as_ref().map(|v| v.iter().map(|v| v.norm()).fold(0.0, f64::max)),

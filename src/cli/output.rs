@@ -47,6 +47,7 @@ impl From<RoadError> for Ending {
         match error {
             RoadError::Scene(error) => error.into(),
             RoadError::Format(error) => error.into(),
+            RoadError::Clump(error) => error.into(),
             RoadError::Dem(error) => error.into(),
             RoadError::Solver(error) => error.into(),
             error @ RoadError::Unwritable { .. } => Self::Input(error.to_string()),

@@ -59,7 +59,7 @@ impl Road {
                 Err(message) => failures.push(message),
             }
         }
-        let volume = packed.room.region.as_ref().map(crate::geometry::container::Region::volume);
+        let volume = packed.room.region.as_ref().map(crate::geometry::Region::volume);
         let tolerance = &self.loaded.scene.compare.tolerance;
         let comparison = compare(&model, &ours, &others, &twins, volume, tolerance);
         self.store

@@ -1,7 +1,7 @@
 //! What a scene file may say. Parameters of methods live beside the methods;
 //! here they are put together.
 
-use crate::geometry::container::Container;
+use crate::geometry::Container;
 use crate::model::Scheme;
 use crate::num::Fault;
 use crate::num::units::{Acceleration, Damping, Density, Length, Pressure, Speed, Spin, Stiffness, Time};
@@ -591,7 +591,7 @@ impl ContactParameters {
 
 impl ContainerParameters {
     fn validate(&self, dimension: u8) -> Result<(), Fault> {
-        self.shape.validate(dimension as usize).map_err(|fault| fault.under("shape"))?;
+        self.shape.validate().map_err(|fault| fault.under("shape"))?;
         self.motion.validate(dimension).map_err(|fault| fault.under("motion"))
     }
 }
@@ -613,7 +613,7 @@ impl WallParameters {
                 }
             }
             WallShapeParameters::Sides(container) => {
-                container.validate(dimension as usize).map_err(|fault| fault.under("shape.sides"))?;
+                container.validate().map_err(|fault| fault.under("shape.sides"))?;
             }
             WallShapeParameters::Mesh { unit, .. } => {
                 Fault::positive("shape.mesh.unit", unit.0)?;

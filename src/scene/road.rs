@@ -6,7 +6,7 @@ use super::grains::{self, Draw, Grain};
 use super::store::{Store, key};
 use super::walls::Room;
 use super::{Loaded, SceneError};
-use crate::clump::Clump;
+use crate::clump::{self, Clump, ClumpError};
 use crate::format::{self, FormatError};
 use crate::num::{Fault, Job};
 use crate::pack::{self, PackError, Packing};
@@ -26,6 +26,9 @@ pub enum RoadError {
     /// A file could not be read or written.
     #[error(transparent)]
     Format(#[from] FormatError),
+    /// A clump could not be made, written or read.
+    #[error(transparent)]
+    Clump(#[from] ClumpError),
     /// Something could not be written.
     #[error("cannot write {}: {source}", path.display())]
     Unwritable {
@@ -212,8 +215,7 @@ impl Road {
         let clumps = if plain {
             self.reproduce_all(&draws, &solids)?
         } else if self.store.is_done("reproduce", &key) {
-            let bytes = std::fs::read(self.store.path("clumps/clumps.json")).map_err(self.unwritable())?;
-            serde_json::from_slice(&bytes).map_err(|error| self.unwritable()(error.into()))?
+            clump::file::read_all(&self.store.path("clumps"))?
         } else {
             self.write_clumps(&draws, &solids, &key)?
         };
@@ -256,16 +258,11 @@ impl Road {
     ) -> Result<Vec<Clump>, RoadError> {
         let mut running = self.store.begin("reproduce", key).map_err(self.unwritable())?;
         let clumps = self.reproduce_all(draws, solids)?;
-        for clump in clumps.iter().filter(|clump| clump.fidelity.is_some()) {
-            let path = self
-                .store
-                .prepare(&mut running, &format!("clumps/{}.csv", clump.name))
-                .map_err(self.unwritable())?;
-            crate::clump::file::write(&path, clump)?;
+        for clump in &clumps {
+            self.store.prepare(&mut running, &format!("clumps/{}.csv", clump.name)).map_err(self.unwritable())?;
         }
-        self.store
-            .write(&mut running, "clumps/clumps.json", |out| Ok(serde_json::to_writer_pretty(out, &clumps)?))
-            .map_err(self.unwritable())?;
+        self.store.prepare(&mut running, "clumps/clumps.json").map_err(self.unwritable())?;
+        clump::file::write_all(&self.store.path("clumps"), &clumps)?;
         running.count("clumps", clumps.len());
         running.count("spheres", clumps.iter().map(|clump| clump.balls.len()).sum());
         self.store.finish(running).map_err(self.unwritable())?;
@@ -313,16 +310,18 @@ impl Road {
             &self.job,
         )
         .map_err(|error| match error {
-            PackError::Fault(fault) => self.wrong(fault.under("packing")),
-            PackError::Cancelled => RoadError::Cancelled,
-            other => RoadError::Work(other.to_string()),
+            PackError::Wrong(fault) => self.wrong(fault.under("packing")),
+            PackError::File(error) => error.into(),
         })?;
+        if self.job.is_cancelled() {
+            return Err(RoadError::Cancelled);
+        }
         if packing.placements.is_empty() {
             let problem = "places no grain at all in this container";
             return Err(self.wrong(Fault::new("packing", problem, "a larger container or smaller grains")));
         }
         let path = self.store.prepare(&mut running, "packing.csv").map_err(self.unwritable())?;
-        pack::file::write(&path, &list, &packing)?;
+        pack::file::write(&path, &packing.placements, &list).map_err(|error| RoadError::Work(error.to_string()))?;
         self.store
             .write(&mut running, "packing.json", |out| {
                 let summary = Packing { placements: Vec::new(), ..packing.clone() };
@@ -339,7 +338,8 @@ impl Road {
         let bytes = std::fs::read(self.store.path("packing.json")).map_err(self.unwritable())?;
         let mut packing: Packing =
             serde_json::from_slice(&bytes).map_err(|error| self.unwritable()(error.into()))?;
-        packing.placements = pack::file::read(&self.store.path("packing.csv"))?;
+        packing.placements = pack::file::read(&self.store.path("packing.csv"))
+            .map_err(|error| RoadError::Work(error.to_string()))?;
         Ok(packing)
     }
 

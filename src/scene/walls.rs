@@ -3,8 +3,7 @@
 use super::Loaded;
 use super::parameters::{MotionParameters, WallShapeParameters};
 use crate::format;
-use crate::geometry::container::{Container, Region, Surface};
-use crate::geometry::{Bounds, repair};
+use crate::geometry::{Bounds, Container, Region, Surface, repair};
 use crate::model::{Motion, Wall, WallShape};
 use crate::num::{Fault, Vec3};
 use std::path::Path;
@@ -35,7 +34,13 @@ impl Room {
 }
 
 fn resolve(container: &Container, loaded: &Loaded) -> Result<Region, Fault> {
-    Region::new(container, loaded.scene.dimension as usize, loaded.base())
+    let surface = match container.file() {
+        Some(file) => Some(format::read_mesh(&loaded.base().join(file)).map_err(|error| {
+            Fault::new("mesh.file", error.to_string(), "a readable STL, PLY or OBJ file")
+        })?),
+        None => None,
+    };
+    container.region(loaded.scene.dimension as usize, surface.as_ref())
 }
 
 fn walls(loaded: &Loaded, region: Option<&Region>) -> Result<Vec<Wall>, Fault> {
