@@ -1,1 +1,4 @@
 //! (format)
+
+pub mod atomic;
+pub mod error;
