@@ -169,11 +169,6 @@ impl Rows {
         Ok(Self { fields, first, alone: Vec::new(), particles })
     }
 
-    /// Number of rows so far.
-    pub(super) fn len(&self) -> usize {
-        self.particles.len()
-    }
-
     /// Number of columns.
     pub(super) fn columns(&self) -> usize {
         self.fields.len()
@@ -205,11 +200,11 @@ impl Rows {
                 .checked_sub(*first)
                 .ok_or_else(|| format!("{what} is {value}; this format counts from {first}"))
         };
-        if !(row.radius > 0.0) {
+        if row.radius <= 0.0 {
             return Err(format!("radius is {}; it must be greater than 0", row.radius));
         }
         if let Some(column) = &mut particles.densities {
-            if !(row.density > 0.0) {
+            if row.density <= 0.0 {
                 return Err(format!("density is {}; it must be greater than 0", row.density));
             }
             column.push(row.density);
@@ -343,6 +338,6 @@ mod tests {
             let error = rows.add(line.split(' ')).expect_err(line);
             assert!(error.contains(part), "{line}: {error}");
         }
-        assert_eq!(rows.len(), 0);
+        assert!(rows.finish().is_empty());
     }
 }

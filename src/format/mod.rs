@@ -35,6 +35,8 @@ use std::io::Read;
 use std::path::Path;
 
 /// What a file holds.
+// One value stands for a whole file, so its own size does not matter.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, PartialEq)]
 pub enum Data {
     /// A triangle surface.
