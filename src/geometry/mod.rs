@@ -14,6 +14,8 @@ pub mod region;
 #[cfg(test)]
 pub mod samples;
 pub mod united;
+pub mod visible;
+pub mod primitive;
 
 pub use balls::Ball;
 pub use bounds::Bounds;
@@ -24,3 +26,5 @@ pub use grid::BallGrid;
 pub use mass::MassProperties;
 pub use mesh::Mesh;
 pub use region::{Region, Surface};
+pub use visible::Visible;
+pub use primitive::{Posed, Primitive};
