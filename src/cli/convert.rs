@@ -6,8 +6,8 @@ use crate::format;
 
 pub fn convert(arguments: &Convert, screen: &Screen) -> Result<(), Ending> {
     let report = format::convert(&arguments.input, &arguments.output)?;
-    for lost in &report.lost {
-        screen.warn(lost);
+    for note in report.not_read.iter().chain(&report.not_written) {
+        screen.warn(note);
     }
     screen.result(&report, &format!("{}\n", arguments.output.display()))
 }

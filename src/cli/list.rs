@@ -71,7 +71,7 @@ fn lines(kind: Kind) -> Vec<Line> {
                 kind: "format",
                 key: format.extensions.join(", "),
                 id: String::new(),
-                summary: format.summary.to_owned(),
+                summary: format.about.to_owned(),
                 source: String::new(),
             })
             .collect(),

@@ -20,6 +20,8 @@ pub struct Compared {
     pub others: Vec<Run>,
     /// Messages of solvers that failed.
     pub failures: Vec<String>,
+    /// Solvers that did not take part and why: not installed, cannot run this scene, or failed.
+    pub missing: Vec<String>,
 }
 
 impl Road {
@@ -69,7 +71,13 @@ impl Road {
             .write(&mut running, "compare.csv", |out| out.write_all(comparison.csv().as_bytes()))
             .map_err(self.unwritable())?;
         self.store.finish(running).map_err(self.unwritable())?;
-        let compared = Compared { comparison, ours, others, failures };
+        let mut missing: Vec<String> = crate::solver::all()
+            .into_iter()
+            .filter(|solver| solver.find().is_none())
+            .map(|solver| format!("{} was not found; {}", solver.name(), solver.how_to_install()))
+            .collect();
+        missing.extend(failures.iter().cloned());
+        let compared = Compared { comparison, ours, others, failures, missing };
         self.page_of(&packed, &built, &run, Some(&compared))?;
         Ok(compared)
     }
