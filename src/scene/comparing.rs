@@ -54,16 +54,15 @@ impl Road {
                         continue;
                     }
                     if let Some(twin) = self.twin(solver.key(), &model)? {
-                        twins.push(Twin { of: others.len(), run: twin });
+                        twins.push(Twin { of: others.len(), ..twin });
                     }
                     others.push(run);
                 }
                 Err(message) => failures.push(message),
             }
         }
-        let volume = packed.room.region.as_ref().map(crate::geometry::Region::volume);
         let tolerance = &self.loaded.scene.compare.tolerance;
-        let comparison = compare(&model, &ours, &others, &twins, volume, tolerance);
+        let comparison = compare(&model, &ours, &others, &twins, tolerance);
         self.store
             .write(&mut running, "compare.json", |out| Ok(serde_json::to_writer_pretty(out, &comparison)?))
             .map_err(self.unwritable())?;
@@ -134,7 +133,7 @@ impl Road {
     }
 
     /// Our own DEM with the solver's own scheme: what the solver should give to round-off.
-    fn twin(&self, key: &str, model: &Model) -> Result<Option<Run>, RoadError> {
+    fn twin(&self, key: &str, model: &Model) -> Result<Option<Twin>, RoadError> {
         let scheme = match key {
             "liggghts" => Scheme::Liggghts,
             "yade" => Scheme::Yade,
@@ -145,7 +144,8 @@ impl Road {
         model.plan.scheme = scheme;
         model.plan.law = scheme.law();
         model.plan.law.tension = tension && scheme == Scheme::Liggghts;
-        Ok(Some(dem::run(&model, &self.job)?))
+        let run = dem::run(&model, &self.job)?;
+        Ok(Some(Twin { of: 0, scheme: scheme.key().to_owned(), run }))
     }
 
     /// Writes the report of a run without comparison, `report/index.html`.
