@@ -2,8 +2,9 @@
 //!
 //! Source: Lu & McDowell 2007, Granular Matter 9, 69–82. A cubic grid of spacing
 //! h through the centroid of the solid; a sphere of radius r at every node with
-//! φ ≤ −r (inscribed: nothing sticks out) or φ ≤ 0 (straddling: every inner
-//! node; the surface is overshot by up to r). φ signed distance, negative inside, m.
+//! φ ≤ −r (inscribed: nothing sticks out), φ ≤ 0 (straddling, the source's rule:
+//! every inner node; the surface is overshot by up to r) or φ ≤ −r/2 (balanced:
+//! between the two, where the volume comes out about right). φ signed distance, negative inside, m.
 //! r/h ≥ √3/2 leaves no holes inside.
 //!
 //! About V/h³ spheres for volume V, error of order h. Cost: one distance query a
@@ -48,6 +49,8 @@ pub enum Place {
     /// Nodes whose sphere lies inside the solid.
     #[default]
     Inscribed,
+    /// Nodes at least half a radius inside the solid: volume about right.
+    Balanced,
     /// All nodes inside the solid.
     Straddling,
 }
@@ -79,6 +82,7 @@ impl Nodes {
         let radius = self.ratio * spacing;
         let limit = match self.place {
             Place::Inscribed => -radius,
+            Place::Balanced => -0.5 * radius,
             Place::Straddling => 0.0,
         };
         let origin = target.solid.mass.centroid;
@@ -112,6 +116,7 @@ impl Nodes {
     fn note(&self, kept: usize, dropped: usize) -> String {
         let place = match self.place {
             Place::Inscribed => "inscribed",
+            Place::Balanced => "balanced",
             Place::Straddling => "straddling",
         };
         let left = match dropped {
