@@ -7,7 +7,9 @@
 //! between the two, where the volume comes out about right). φ signed distance, negative inside, m.
 //! r/h ≥ √3/2 leaves no holes inside.
 //!
-//! About V/h³ spheres for volume V, error of order h. Cost: one distance query a
+//! About V/h³ spheres for volume V, error of order h. Measured on eight rock shapes with
+//! ratio 0.9 and across 10: volume −32 % inscribed, −5 % balanced, +28 % straddling; root
+//! mean square distance 5.4, 2.4 and 4.0 % of the equivalent diameter. Cost: one distance query a
 //! node of the bounding box. Spheres that do not hang together with the largest
 //! piece are left out, and the method line says how many.
 
@@ -37,7 +39,7 @@ pub struct Nodes {
     /// Radius over spacing; 0.55 to 3, default 0.9. Below √3/2 = 0.866 holes stay inside.
     #[serde(default = "default_ratio")]
     pub ratio: f64,
-    /// Which nodes get a sphere; default `inscribed`.
+    /// Which nodes get a sphere; default `balanced`.
     #[serde(default)]
     pub place: Place,
 }
@@ -47,9 +49,9 @@ pub struct Nodes {
 #[serde(rename_all = "snake_case")]
 pub enum Place {
     /// Nodes whose sphere lies inside the solid.
-    #[default]
     Inscribed,
     /// Nodes at least half a radius inside the solid: volume about right.
+    #[default]
     Balanced,
     /// All nodes inside the solid.
     Straddling,
