@@ -207,7 +207,7 @@ pub fn sample_surface(mesh: &Mesh, count: usize, stream: &mut Stream) -> Vec<Sur
 
 #[cfg(test)]
 mod tests {
-    use super::super::samples::{box_mesh, icosphere, l_mesh, random_star};
+    use super::super::samples::{box_mesh, icosphere, l_mesh, random_star, random_union};
     use super::*;
     use crate::num::random::{direction, stream};
 
@@ -251,10 +251,11 @@ mod tests {
     fn signs_agree_with_ray_parity_near_edges_and_vertices() {
         let mut source = stream(11, "distance", 0);
         for size in [1e-6, 1.0, 1e4] {
-            for case in 0..6 {
+            for case in 0..8 {
                 let mesh = match case {
                     0 => box_mesh(Vec3::new(1.0, 2.0, 0.05)),
                     1 => l_mesh(),
+                    2..4 => random_union(case, 6),
                     _ => random_star(case, 0.8),
                 }
                 .mapped(|v| v * size);
@@ -289,6 +290,20 @@ mod tests {
             assert!((distance.at(&p) - expected).abs() < 1e-12, "{p}");
             let nearest = distance.nearest(&p);
             assert!(((nearest.point - p).norm() - expected.abs()).abs() < 1e-12);
+        }
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn a_step_changes_the_distance_by_no_more_than_its_length(seed in 0u64..1000) {
+            let mut source = stream(seed, "distance", 1);
+            let distance = SignedDistance::new(&random_star(seed, 0.6)).expect("closed");
+            for _ in 0..20 {
+                let p = direction(&mut source) * uniform(&mut source, 0.0, 1.2);
+                let step = direction(&mut source) * uniform(&mut source, 0.0, 0.3);
+                let change = (distance.at(&(p + step)) - distance.at(&p)).abs();
+                proptest::prop_assert!(change <= step.norm() + 1e-12);
+            }
         }
     }
 

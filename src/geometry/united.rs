@@ -357,12 +357,11 @@ mod tests {
         let mut source = stream(22, "united", 0);
         let cloud = cloud(&mut source, 15);
         let finest = balls(&cloud, 2000).mass;
-        let (mut steps, mut errors) = (Vec::new(), Vec::new());
+        let mut errors = Vec::new();
         for panels in [8, 32, 128] {
             let united = balls(&cloud, panels);
             let wrong = (united.mass.volume / finest.volume - 1.0).abs();
             assert!(wrong <= united.error + 1e-10, "{panels}: {wrong:e} > {:e}", united.error);
-            steps.push(1.0 / panels as f64);
             errors.push(wrong.max(1e-14));
         }
         assert!(errors[2] < 1e-6 && errors[2] < errors[0] / 30.0, "{errors:?}");
@@ -375,6 +374,22 @@ mod tests {
         let matrix = turn.to_rotation_matrix();
         let inertia = matrix * finest.inertia * matrix.transpose();
         assert!((mass.inertia - inertia).norm() < 1e-6 * inertia.norm());
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn a_union_grows_with_its_balls_and_never_past_their_sum(seed: u64, count in 1usize..12) {
+            let cloud = cloud(&mut stream(seed, "united", 0), count);
+            let volume = |b: &[Ball]| balls(b, PANELS).mass.volume;
+            let whole = volume(&cloud);
+            let sum: f64 = cloud.iter().map(|b| 4.0 / 3.0 * PI * b.radius.powi(3)).sum();
+            proptest::prop_assert!(whole <= sum * (1.0 + 1e-6));
+            proptest::prop_assert!(whole >= volume(&cloud[1..]) * (1.0 - 1e-5));
+            let area = |b: &[Ball]| discs(b).volume;
+            let rims: f64 = cloud.iter().map(|b| PI * b.radius * b.radius).sum();
+            proptest::prop_assert!(area(&cloud) <= rims * (1.0 + 1e-12));
+            proptest::prop_assert!(area(&cloud) >= area(&cloud[1..]) * (1.0 - 1e-12));
+        }
     }
 
     #[test]
