@@ -9,6 +9,8 @@ pub mod measure;
 mod occupied;
 pub mod placed;
 pub mod random;
+#[cfg(test)]
+mod samples;
 
 pub use array::Array;
 pub use measure::{Contacts, contacts_of};
