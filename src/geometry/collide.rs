@@ -24,6 +24,8 @@ pub struct Collider {
     vertices: Vec<Vec3>,
     scale: f64,
     radius: f64,
+    /// Radius of the ball about the origin of the frame that the solid holds, m; 0 for none.
+    core: f64,
     bounds: Bounds,
 }
 
@@ -47,13 +49,19 @@ impl Collider {
         }
         let scaled = mesh.vertices.iter().map(|v| vector(&(v / unit))).collect();
         let radius = mesh.vertices.iter().map(|v| v.norm()).fold(0.0, f64::max);
-        Some(Self {
+        let mut collider = Self {
             mesh: TriMesh::new(scaled, mesh.triangles.clone()).ok()?,
             vertices: mesh.vertices.clone(),
             scale: 1.0 / unit,
             radius,
+            core: 0.0,
             bounds: mesh.bounds(),
-        })
+        };
+        if collider.holds_local(&Vec3::zeros()) {
+            let nearest = collider.mesh.project_local_point(Vector::ZERO, false).point;
+            collider.core = nearest.length() * unit;
+        }
+        Some(collider)
     }
 
     /// Largest distance of the surface from the origin of its frame, m.
@@ -68,9 +76,13 @@ impl Collider {
 
     /// True if the solids overlap or their surfaces are nearer than `gap` [m].
     pub fn nearer_than(&self, at: &Place, other: &Self, other_at: &Place, gap: f64) -> bool {
-        let apart = (at.0 - other_at.0).norm() - self.radius - other.radius;
+        let distance = (at.0 - other_at.0).norm();
+        let apart = distance - self.radius - other.radius;
         if apart > gap.max(0.0) + 1e-6 * self.radius.min(other.radius) {
             return false;
+        }
+        if self.core > 0.0 && other.core > 0.0 && distance < self.core + other.core {
+            return true;
         }
         self.surfaces_nearer_than(at, other, other_at, gap)
             || self.holds(at, &other.some_point(other_at))

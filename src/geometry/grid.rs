@@ -90,7 +90,8 @@ impl BallGrid {
     /// Adds a ball and returns its number: 0, 1, 2, … in the order of insertion.
     pub fn insert(&mut self, centre: Vec3, radius: f64) -> u32 {
         let number = self.radii.len() as u32;
-        let steps = (2.0 * radius / self.smallest_cell).log2().ceil().max(0.0) as usize;
+        // Balls too large for the last level only make its queries wider.
+        let steps = (2.0 * radius / self.smallest_cell).log2().ceil().clamp(0.0, 63.0) as usize;
         while self.levels.len() <= steps {
             let cell = self.smallest_cell * (self.levels.len() as f64).exp2();
             self.levels.push(Level { cell, ..Level::default() });
