@@ -1,7 +1,7 @@
 //! Do two solids come nearer to each other than a given distance?
 //!
-//! Surfaces against surfaces by parry3d (bounding volume trees over triangles,
-//! GJK between triangles), with lengths scaled so that the tolerances of GJK,
+//! Surfaces against surfaces by parry3d (both bounding volume trees
+//! walked together, GJK between triangles), with lengths scaled so that the tolerances of GJK,
 //! which are absolute, stay far below the size of a grain; one solid inside
 //! the other by a parity count of crossings along a ray. A skin of 10⁻⁶ of the smaller
 //! solid stands between "apart" and "touching", so rounding errs to the safe side.
@@ -10,6 +10,7 @@
 use super::{Bounds, Mesh};
 use crate::num::{Rotation, Vec3};
 use parry3d::math::{Pose, Vector};
+use parry3d::partitioning::BvhNode;
 use parry3d::query::DefaultQueryDispatcher;
 use parry3d::query::{ClosestPoints, PointQuery, QueryDispatcher, Ray, RayCast};
 use parry3d::shape::TriMesh;
@@ -100,10 +101,17 @@ impl Collider {
         let skin = 1e-6 * self.size().min(other.size());
         let between = pose(at, self.scale).inv_mul(&pose(other_at, self.scale));
         let margin = (gap.max(0.0) + skin) * self.scale;
-        let found =
-            DefaultQueryDispatcher.closest_points(&between, &self.mesh, &other.mesh, margin);
-        // Triangle meshes are supported by the dispatcher; were they not, "near" is the safe answer.
-        !matches!(found, Ok(ClosestPoints::Disjoint))
+        let boxes_near = |mine: &BvhNode, its: &BvhNode| {
+            let its = its.aabb().transform_by(&between);
+            let apart = (mine.mins() - its.maxs).max(its.mins - mine.maxs());
+            apart.max_element() <= margin
+        };
+        self.mesh.bvh().leaf_pairs(other.mesh.bvh(), boxes_near).any(|(mine, its)| {
+            let (mine, its) = (self.mesh.triangle(mine), other.mesh.triangle(its));
+            let found = DefaultQueryDispatcher.closest_points(&between, &mine, &its, margin);
+            // Triangles are supported by the dispatcher; were they not, "near" is the safe answer.
+            !matches!(found, Ok(ClosestPoints::Disjoint))
+        })
     }
 
     /// True if a ball overlaps the solid or is nearer to it than `gap` [m].

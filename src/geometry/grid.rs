@@ -3,8 +3,8 @@
 //! Each ball lies in exactly one cell of exactly one level; the cells of level
 //! k are 2^k times as wide as those of level 0 and at least as wide as every
 //! ball in them, so a query looks at a handful of cells a level whatever the
-//! ratio of sizes (He, Ogarko, Luding and others use the same structure; the idea is
-//! the hierarchical hash table of Ericson, "Real-Time Collision Detection", 2005, 7.2).
+//! ratio of sizes (Ogarko & Luding 2012, Comput. Phys. Commun. 183, 931; the hierarchical
+//! hash of Ericson, "Real-Time Collision Detection", 2005, section 7.2).
 //!
 //! Cost: O(1) an insertion, O(levels + balls found) a query whose reach is not
 //! much larger than the balls. A query of a large ball among many small ones

@@ -11,8 +11,10 @@ use super::{Bounds, Collider, Mesh, SignedDistance};
 use crate::num::random::{Stream, uniform};
 use crate::num::{Fault, Rotation, Vec3};
 use std::f64::consts::{PI, TAU};
+use std::fmt;
 
 /// A resolved container.
+#[derive(Debug)]
 pub enum Region {
     /// A box, or a rectangle in two dimensions.
     Box(Rectangle),
@@ -55,6 +57,12 @@ pub struct MeshRegion {
     mesh: Mesh,
     distance: SignedDistance,
     volume: f64,
+}
+
+impl fmt::Debug for MeshRegion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "MeshRegion({} triangles, {} m³)", self.mesh.triangles.len(), self.volume)
+    }
 }
 
 /// A region that true shapes are held against.

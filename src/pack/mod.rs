@@ -57,7 +57,7 @@ pub const METHODS: &[MethodEntry] = &[
         key: "random",
         id: "P3",
         summary: "grains one by one at random places and angles; kept where they overlap nothing, dropped after a number of tries",
-        source: "random sequential addition; Widom 1966, Manna 1992",
+        source: "random sequential addition: Widom 1966; Feder 1980",
     },
     MethodEntry {
         key: "array",

@@ -1,9 +1,9 @@
 //! Random placement (P3): grains of the wanted sizes go one by one to random
 //! places with random rotations and stay where they overlap nothing.
 //!
-//! Source: random sequential addition (Widom 1966, J. Chem. Phys. 44, 3888);
-//! with the largest first, as in Manna (1992, Physica A 187, 373) and in
-//! generators of mixtures. Equal spheres jam near a solid fraction of 0.384,
+//! Source: random sequential addition (Widom 1966, J. Chem. Phys. 44, 3888;
+//! Feder 1980, J. Theor. Biol. 87, 237), here with sizes given beforehand and
+//! the largest first, which packs denser. Equal spheres jam near a solid fraction of 0.384,
 //! equal discs near 0.547, and the time to get there has no bound, so each
 //! grain has a number of tries and is dropped after them; sizes never change.
 //!
