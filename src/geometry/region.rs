@@ -401,6 +401,6 @@ mod tests {
         assert!(!room.holds(&solid, &at(2.0), 0.0), "outside");
         let mut open = l_mesh();
         open.triangles.pop();
-        assert_eq!(MeshRegion::new(open).err().expect("has a hole").key, "file");
+        assert_eq!(MeshRegion::new(open).expect_err("has a hole").key, "file");
     }
 }
