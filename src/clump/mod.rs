@@ -1,8 +1,29 @@
 //! Reproduction of solids as clumps of spheres: one file a method.
+//!
+//! [`reproduce`] turns a solid into a [`Clump`] by a [`Method`]; [`sphere`] and
+//! [`disc`] are the grains that are spheres or discs by themselves; [`measure`]
+//! says how far spheres are from a solid; [`file`] keeps clumps on disk.
 
-use crate::geometry::Ball;
-use crate::num::{Rotation, Vec3};
+mod fidelity;
+pub mod file;
+mod nodes;
+mod normals;
+mod pieces;
+mod reproduce;
+
+pub use fidelity::{POINTS, measure};
+pub use nodes::{Nodes, Place};
+pub use normals::{Normals, Order};
+pub use reproduce::{MassSource, Method, reproduce};
+
+use crate::geometry::{Ball, DistanceError};
+use crate::num::{Fault, MethodEntry, Rotation, Vec3};
 use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
+use std::path::PathBuf;
+
+/// Every way of making clumps, for `riprap list clumps`.
+pub const METHODS: &[MethodEntry] = &[nodes::ENTRY, normals::ENTRY];
 
 /// Spheres that stand for one solid and move as one body, in the body frame:
 /// centre of mass at the origin, principal axes of inertia along x, y, z.
@@ -43,4 +64,107 @@ pub struct Fidelity {
     pub centroid_error: f64,
     /// Frobenius norm of the difference of the inertia tensors over that of the solid, masses made equal.
     pub inertia_error: f64,
+}
+
+/// Why there is no clump.
+#[derive(Debug, thiserror::Error)]
+pub enum ClumpError {
+    /// A parameter cannot be used.
+    #[error(transparent)]
+    Input(#[from] Fault),
+    /// The solid's surface is not closed or not outward-oriented.
+    #[error("`{name}`: {source}")]
+    Surface {
+        /// Name of the solid.
+        name: String,
+        /// What is wrong with it.
+        source: DistanceError,
+    },
+    /// The method found no place for a single sphere.
+    #[error("`{name}`: no sphere fits; {advice}")]
+    NoSphere {
+        /// Name of the solid.
+        name: String,
+        /// Which parameter to change, and how.
+        advice: &'static str,
+    },
+    /// The user asked to stop.
+    #[error("stopped before the clump was finished")]
+    Cancelled,
+    /// A file could not be read or written.
+    #[error("{path}: {source}")]
+    File {
+        /// Which.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A file does not hold what it should.
+    #[error("{path}, line {line}: {problem}")]
+    Content {
+        /// Which.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// What is wrong there.
+        problem: String,
+    },
+}
+
+impl Clump {
+    /// Radius of the ball about the centre of mass that holds every sphere, m.
+    pub fn bounding_radius(&self) -> f64 {
+        self.balls.iter().map(|b| b.centre.norm() + b.radius).fold(0.0, f64::max)
+    }
+
+    /// The spheres in the frame of the solid.
+    pub fn in_solid_frame(&self) -> Vec<Ball> {
+        self.balls
+            .iter()
+            .map(|b| Ball { centre: self.axes * b.centre + self.centroid, radius: b.radius })
+            .collect()
+    }
+
+    fn single(name: &str, method: &str, radius: f64, volume: f64, inertia: f64) -> Self {
+        Self {
+            name: name.to_owned(),
+            method: method.to_owned(),
+            balls: vec![Ball { centre: Vec3::zeros(), radius }],
+            volume,
+            inertia: Vec3::repeat(inertia),
+            centroid: Vec3::zeros(),
+            axes: Rotation::identity(),
+            fidelity: None,
+        }
+    }
+}
+
+/// A grain that is a sphere of `radius` m.
+pub fn sphere(name: &str, radius: f64) -> Clump {
+    let volume = 4.0 / 3.0 * PI * radius.powi(3);
+    Clump::single(name, "sphere", radius, volume, 0.4 * volume * radius * radius)
+}
+
+/// A grain of a two-dimensional scene: a disc of `radius` m, one metre thick.
+/// The volume is π r² × 1 m. Only the moment about z acts in the plane, ½ π r⁴;
+/// all three components are set to it.
+pub fn disc(name: &str, radius: f64) -> Clump {
+    let volume = PI * radius * radius;
+    Clump::single(name, "disc", radius, volume, 0.5 * volume * radius * radius)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn plain_grains_have_their_closed_forms() {
+        let ball = sphere("s", 2.0);
+        assert!((ball.volume - 32.0 / 3.0 * PI).abs() < 1e-12);
+        assert!((ball.inertia.x - 0.4 * ball.volume * 4.0).abs() < 1e-12);
+        assert_eq!(ball.bounding_radius(), 2.0);
+        let plate = disc("d", 2.0);
+        assert!((plate.volume - 4.0 * PI).abs() < 1e-12);
+        assert!((plate.inertia.z - 8.0 * PI).abs() < 1e-12);
+    }
 }

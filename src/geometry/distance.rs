@@ -292,6 +292,20 @@ mod tests {
         }
     }
 
+    proptest::proptest! {
+        #[test]
+        fn a_step_changes_the_distance_by_no_more_than_its_length(seed in 0u64..1000) {
+            let mut source = stream(seed, "distance", 1);
+            let distance = SignedDistance::new(&random_star(seed, 0.6)).expect("closed");
+            for _ in 0..20 {
+                let p = direction(&mut source) * uniform(&mut source, 0.0, 1.2);
+                let step = direction(&mut source) * uniform(&mut source, 0.0, 0.3);
+                let change = (distance.at(&(p + step)) - distance.at(&p)).abs();
+                proptest::prop_assert!(change <= step.norm() + 1e-12);
+            }
+        }
+    }
+
     #[test]
     fn open_and_inverted_surfaces_are_refused() {
         let mut mesh = box_mesh(Vec3::repeat(1.0));

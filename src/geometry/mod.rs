@@ -1,6 +1,7 @@
 //! Surfaces, solids, distances, containers. parry3d and boolmesh live in this
 //! room only; nothing of theirs appears in a public signature.
 
+pub mod arcs;
 pub mod balls;
 pub mod bounds;
 pub mod collide;
@@ -13,6 +14,7 @@ pub mod region;
 #[cfg(test)]
 pub mod samples;
 pub mod united;
+pub mod visible;
 
 pub use balls::Ball;
 pub use bounds::Bounds;
@@ -23,3 +25,4 @@ pub use grid::BallGrid;
 pub use mass::MassProperties;
 pub use mesh::Mesh;
 pub use region::{Region, Surface};
+pub use visible::Visible;

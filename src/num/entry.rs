@@ -1,13 +1,13 @@
-//! One line of `riprap list`: a method, its key in scene files, its source.
+//! One line of `riprap list`: a method, its key in a scene file, its source.
 
 use serde::Serialize;
 
-/// A method that a scene file can name.
+/// A method that a scene can ask for. Every room lists its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct MethodEntry {
-    /// Key in the scene file.
+    /// Key in the scene file, for example `union`.
     pub key: &'static str,
-    /// Id of the requirement it meets, for example `R5`.
+    /// Short id, for example `G1`; empty where a method has none.
     pub id: &'static str,
     /// What it does, one line.
     pub summary: &'static str,

@@ -1,0 +1,306 @@
+//! From a solid to a clump: the method finds spheres, the rest is the same for all.
+
+use super::fidelity::{POINTS, compare};
+use super::{Clump, ClumpError, Nodes, Normals};
+use crate::geometry::{Ball, SignedDistance, united};
+use crate::num::random::stream;
+use crate::num::{Fault, Job};
+use crate::shape::Solid;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How spheres are found.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// Equal spheres at all inner nodes of a grid (R1).
+    Nodes(Nodes),
+    /// Spheres grown along inward normals (R5).
+    Normals(Normals),
+}
+
+/// What the mass, centre and inertia of a clump are taken from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum MassSource {
+    /// The solid it stands for.
+    #[default]
+    Solid,
+    /// The union of its spheres, overlaps counted once.
+    Union,
+}
+
+/// A solid prepared for fitting.
+pub(super) struct Target<'a> {
+    pub solid: &'a Solid,
+    pub distance: SignedDistance,
+    /// Equivalent-volume diameter, m.
+    pub diameter: f64,
+}
+
+impl<'a> Target<'a> {
+    pub fn new(solid: &'a Solid) -> Result<Self, ClumpError> {
+        let distance = SignedDistance::new(&solid.mesh)
+            .map_err(|source| ClumpError::Surface { name: solid.name.clone(), source })?;
+        Ok(Self { solid, distance, diameter: solid.mass.equivalent_diameter() })
+    }
+}
+
+/// What a method hands back: at least one sphere, in the frame of the solid, and
+/// one line that says how they were found.
+pub(super) struct Found {
+    pub balls: Vec<Ball>,
+    pub note: String,
+}
+
+impl Method {
+    /// # Errors
+    /// [`Fault`] for a parameter out of its range, under the key of the method.
+    pub fn validate(&self) -> Result<(), Fault> {
+        match self {
+            Self::Nodes(nodes) => nodes.validate().map_err(|f| f.under("nodes")),
+            Self::Normals(normals) => normals.validate().map_err(|f| f.under("normals")),
+        }
+    }
+}
+
+/// The clump that stands for `solid`, which is grain `index` of a scene with `seed`.
+///
+/// The body frame has its origin at the centre of mass and its axes along the
+/// principal axes of what `mass` names; with [`MassSource::Solid`] the spheres may
+/// have their own centroid elsewhere, by what [`super::Fidelity::centroid_error`]
+/// says. Spheres form one connected piece.
+///
+/// # Errors
+/// [`ClumpError`]: bad parameters, a surface that is not closed, no place for a
+/// sphere, or cancelled.
+pub fn reproduce(
+    solid: &Solid,
+    method: &Method,
+    mass: MassSource,
+    seed: u64,
+    index: u64,
+    job: &Job,
+) -> Result<Clump, ClumpError> {
+    method.validate()?;
+    let target = Target::new(solid)?;
+    let mut source = stream(seed, "clump", index);
+    let found = match method {
+        Method::Nodes(nodes) => nodes.find(&target, job)?,
+        Method::Normals(normals) => normals.find(&target, &mut source, job)?,
+    };
+    let properties = match mass {
+        MassSource::Solid => solid.mass,
+        MassSource::Union => united::balls(&found.balls, 4 * united::PANELS).mass,
+    };
+    let (inertia, axes) = properties.principal();
+    let balls = found
+        .balls
+        .iter()
+        .map(|b| Ball {
+            centre: axes.inverse_transform_vector(&(b.centre - properties.centroid)),
+            radius: b.radius,
+        })
+        .collect();
+    Ok(Clump {
+        name: solid.name.clone(),
+        method: found.note,
+        balls,
+        volume: properties.volume,
+        inertia,
+        centroid: properties.centroid,
+        axes,
+        fidelity: Some(compare(&target, &found.balls, POINTS)),
+    })
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::super::{Order, Place, measure, pieces};
+    use super::*;
+    use crate::geometry::Mesh;
+    use crate::geometry::samples::{box_mesh, ellipsoid_mesh, icosphere, l_mesh, random_star};
+    use crate::num::{Mat3, Rotation, Vec3};
+
+    pub fn solid(name: &str, mesh: Mesh) -> Solid {
+        let mass = mesh.mass_properties();
+        Solid { name: name.to_owned(), mesh, mass, recipe: String::new() }
+    }
+
+    fn zoo() -> Vec<Solid> {
+        let off = Vec3::new(0.3, -2.0, 1.0);
+        vec![
+            solid("box", box_mesh(Vec3::new(1.0, 1.4, 2.0)).mapped(|v| v + off)),
+            solid("ellipsoid", ellipsoid_mesh(Vec3::new(1.0, 0.7, 0.5)).mapped(|v| v * 1e-3)),
+            solid("l", l_mesh()),
+            solid("star", random_star(7, 0.5)),
+        ]
+    }
+
+    fn make(solid: &Solid, method: &Method, mass: MassSource) -> Clump {
+        reproduce(solid, method, mass, 1, 2, &Job::quiet()).expect("a clump")
+    }
+
+    fn rms(clump: &Clump) -> f64 {
+        let f = clump.fidelity.expect("measured");
+        f.rms_distance / f.equivalent_diameter
+    }
+
+    fn nodes(across: f64, place: Place) -> Method {
+        Method::Nodes(Nodes { across, place, ..Nodes::default() })
+    }
+
+    fn normals(spheres: usize, protrusion: f64) -> Method {
+        Method::Normals(Normals { spheres, protrusion, points: 500, ..Normals::default() })
+    }
+
+    #[test]
+    fn inscribed_spheres_never_stick_out_and_hang_together() {
+        for solid in zoo() {
+            let distance = SignedDistance::new(&solid.mesh).expect("closed");
+            let diameter = solid.mass.equivalent_diameter();
+            for method in [nodes(8.0, Place::Inscribed), normals(30, 0.0), normals(30, 0.03)] {
+                let allowed = if method == normals(30, 0.03) { 0.03 * diameter } else { 0.0 };
+                let clump = make(&solid, &method, MassSource::Solid);
+                for ball in clump.in_solid_frame() {
+                    let out = ball.radius + distance.at(&ball.centre);
+                    assert!(out <= allowed + 1e-9 * diameter, "{} {out:e}", clump.method);
+                }
+                assert!(pieces::label(&clump.balls).iter().all(|&piece| piece == 0));
+                let f = clump.fidelity.expect("measured");
+                assert!(allowed > 0.0 || f.volume_error < 0.0);
+                assert!(f.largest_distance < 0.6 * diameter && f.rms_distance > 0.0);
+            }
+        }
+    }
+
+    #[test]
+    fn error_falls_with_more_spheres() {
+        for solid in zoo() {
+            let fit: Vec<f64> = [3, 12, 48]
+                .map(|n| rms(&make(&solid, &normals(n, 0.01), MassSource::Solid)))
+                .into();
+            assert!(fit[1] < fit[0] && fit[2] < fit[1], "{} {fit:?}", solid.name);
+            // Turned, because on a grid-aligned solid the error depends on where the grid falls.
+            let turn = Rotation::from_euler_angles(0.4, 0.7, 1.1);
+            let solid = self::solid(&solid.name, solid.mesh.mapped(|v| turn * v));
+            let grid: Vec<f64> = [4.0, 10.0]
+                .map(|n| rms(&make(&solid, &nodes(n, Place::Straddling), MassSource::Solid)))
+                .into();
+            assert!(grid[1] < 0.7 * grid[0], "{} {grid:?}", solid.name);
+        }
+    }
+
+    #[test]
+    fn balanced_nodes_keep_the_volume_better_than_either_side() {
+        for solid in zoo() {
+            let volume = |place| {
+                let clump = make(&solid, &nodes(9.0, place), MassSource::Solid);
+                clump.fidelity.expect("measured").volume_error
+            };
+            let [low, middle, high] =
+                [Place::Inscribed, Place::Balanced, Place::Straddling].map(volume);
+            assert!(low < middle && middle < high, "{} {low} {middle} {high}", solid.name);
+            assert!(middle.abs() < low.abs() && middle.abs() < high.abs());
+        }
+    }
+
+    #[test]
+    fn nodes_of_a_cube_are_those_of_the_grid() {
+        // Edge 1 about the origin: spacing h, nodes at −0.5 < i·h < 0.5, radius 0.9 h.
+        let cube = solid("cube", box_mesh(Vec3::repeat(1.0)));
+        let across = cube.mass.equivalent_diameter() / 0.24;
+        assert_eq!(
+            make(&cube, &nodes(across, Place::Straddling), MassSource::Solid).balls.len(),
+            125
+        );
+        // |i|·0.24 ≤ 0.5 − 0.216.
+        assert_eq!(
+            make(&cube, &nodes(across, Place::Inscribed), MassSource::Solid).balls.len(),
+            27
+        );
+    }
+
+    #[test]
+    fn the_same_seed_gives_the_same_clump_and_another_a_different_one() {
+        let star = solid("star", random_star(9, 0.4));
+        for order in [Order::Fit, Order::Random] {
+            let method = Method::Normals(Normals { order, points: 400, ..Normals::default() });
+            let run = |seed| reproduce(&star, &method, MassSource::Solid, seed, 0, &Job::quiet());
+            let first = run(5).expect("a clump");
+            assert_eq!(first, run(5).expect("a clump"));
+            assert_ne!(first.balls, run(6).expect("a clump").balls);
+        }
+    }
+
+    #[test]
+    fn size_does_not_matter() {
+        let base = random_star(9, 0.4);
+        let method = normals(15, 0.02);
+        let unit = make(&solid("a", base.clone()), &method, MassSource::Union);
+        let small =
+            make(&solid("a", base.mapped(|v| v * 2f64.powi(-14))), &method, MassSource::Union);
+        assert_eq!(unit.balls.len(), small.balls.len());
+        for (a, b) in unit.balls.iter().zip(&small.balls) {
+            assert!((a.centre - b.centre * 2f64.powi(14)).norm() < 1e-9);
+            assert!((a.radius - b.radius * 2f64.powi(14)).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn the_frame_is_principal_and_centred() {
+        for solid in zoo() {
+            let clump = make(&solid, &normals(10, 0.02), MassSource::Solid);
+            let body = solid
+                .mesh
+                .mapped(|v| clump.axes.inverse_transform_vector(&(v - clump.centroid)))
+                .mass_properties();
+            let scale = body.inertia.norm();
+            let diagonal = Mat3::from_diagonal(&clump.inertia);
+            assert!((body.inertia - diagonal).norm() < 1e-12 * scale, "{}", solid.name);
+            assert!(body.centroid.norm() < 1e-13 * solid.mesh.bounds().diagonal() + 1e-15);
+            assert!(clump.inertia.x <= clump.inertia.y && clump.inertia.y <= clump.inertia.z);
+            assert_eq!(clump.volume, solid.mass.volume);
+
+            let own = make(&solid, &normals(10, 0.02), MassSource::Union);
+            let union = united::balls(&own.balls, 4 * united::PANELS).mass;
+            let diameter = solid.mass.equivalent_diameter();
+            assert!((union.volume / own.volume - 1.0).abs() < 1e-5);
+            assert!(union.centroid.norm() < 1e-5 * diameter);
+            let wrong = (union.inertia - Mat3::from_diagonal(&own.inertia)).norm();
+            assert!(wrong < 1e-4 * union.inertia.norm());
+        }
+    }
+
+    #[test]
+    fn a_ball_becomes_one_sphere() {
+        let ball = solid("ball", icosphere(3));
+        let method = Method::Normals(Normals { coverage: 0.99, ..Normals::default() });
+        let clump = make(&ball, &method, MassSource::Solid);
+        assert_eq!(clump.balls.len(), 1, "{}", clump.method);
+        // Touching on one side it may stick out by 0.02 diameters on the other.
+        assert!((clump.bounding_radius() - 1.0).abs() < 0.045);
+        assert!(measure(&ball, &clump.in_solid_frame(), 500).expect("closed").rms_distance < 0.03);
+    }
+
+    #[test]
+    fn wrong_input_is_named() {
+        let method = Method::Nodes(Nodes { across: -1.0, ..Nodes::default() });
+        assert_eq!(method.validate().expect_err("negative").key, "nodes.across");
+        let method = Method::Normals(Normals { protrusion: f64::NAN, ..Normals::default() });
+        assert_eq!(method.validate().expect_err("nan").key, "normals.protrusion");
+        let text = "normals = { spheres = 5, orden = \"fit\" }";
+        assert!(
+            toml::from_str::<Method>(text).expect_err("misspelt").to_string().contains("orden")
+        );
+        let method: Method = toml::from_str("nodes = {}").expect("all defaults");
+        assert_eq!(method, Method::Nodes(Nodes::default()));
+        let mut open = solid("open", box_mesh(Vec3::repeat(1.0)));
+        open.mesh.triangles.pop();
+        let failed = reproduce(&open, &method, MassSource::Solid, 1, 0, &Job::quiet());
+        assert!(matches!(failed, Err(ClumpError::Surface { .. })));
+        let flat = solid("flat", box_mesh(Vec3::new(1.0, 1.0, 0.001)));
+        let failed = reproduce(&flat, &method, MassSource::Solid, 1, 0, &Job::quiet());
+        assert!(matches!(failed, Err(ClumpError::NoSphere { .. })));
+    }
+}
