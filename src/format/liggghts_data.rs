@@ -263,6 +263,7 @@ impl DataFile {
         };
         particles.bounds = Some(Bounds { low: Vec3::new(x0, y0, z0), high: Vec3::new(x1, y1, z1) });
         self.move_atoms(&mut particles)?;
+        particles.check().map_err(|fault| fault.to_string())?;
         Ok((particles, self.notes))
     }
 
