@@ -125,7 +125,8 @@ pub fn read(path: &Path) -> Result<(Particles, Vec<String>), FormatError> {
 fn read_lines<R: BufRead>(mut lines: Lines<R>) -> Result<(Particles, Vec<String>), FormatError> {
     let mut file = DataFile::default();
     let mut line = String::new();
-    lines.need(&mut line, "a title")?;
+    // The title, which may be empty.
+    lines.next(&mut line)?;
     let mut section = Section::Header;
     while lines.next_filled(&mut line)? {
         let text = line.split('#').next().unwrap_or_default().trim();
