@@ -10,6 +10,7 @@ pub mod distance;
 pub mod grid;
 pub mod mass;
 pub mod mesh;
+pub mod primitive;
 pub mod region;
 #[cfg(test)]
 pub mod samples;
@@ -24,5 +25,6 @@ pub use distance::{DistanceError, Nearest, SignedDistance, SurfacePoint};
 pub use grid::BallGrid;
 pub use mass::MassProperties;
 pub use mesh::Mesh;
+pub use primitive::{Posed, Primitive};
 pub use region::{Region, Surface};
 pub use visible::Visible;
