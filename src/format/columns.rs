@@ -1,7 +1,7 @@
 //! Rows of numbers to particle tables and back: what the text formats share.
 
 use super::number::push_number;
-use super::particles::{LARGEST_MATERIAL, LARGEST_NUMBER, Particles};
+use super::particles::{LARGEST_LENGTH, LARGEST_MATERIAL, LARGEST_NUMBER, Particles};
 use crate::num::Vec3;
 
 /// What one column of a table holds; the number of a vector is its axis.
@@ -202,6 +202,9 @@ impl Rows {
         };
         if row.radius <= 0.0 {
             return Err(format!("radius is {}; it must be greater than 0", row.radius));
+        }
+        if row.position.amax().max(row.radius).max(row.density) > LARGEST_LENGTH {
+            return Err(format!("a value is above {LARGEST_LENGTH:e}"));
         }
         if let Some(column) = &mut particles.densities {
             if row.density <= 0.0 {

@@ -18,7 +18,7 @@ use std::path::Path;
 
 /// What a column means.
 #[derive(Clone, Copy, PartialEq)]
-enum Column {
+enum Meaning {
     /// As it stands.
     Plain(Field),
     /// A coordinate as a fraction of the box.
@@ -57,12 +57,12 @@ fn name(field: Field) -> &'static str {
     NAMES.iter().find(|(_, known)| *known == field).map_or("", |(name, _)| name)
 }
 
-fn column_named(text: &str) -> Column {
+fn meaning_of(text: &str) -> Meaning {
     match text {
-        "xs" | "xsu" => Column::Scaled(0),
-        "ys" | "ysu" => Column::Scaled(1),
-        "zs" | "zsu" => Column::Scaled(2),
-        _ => Column::Plain(
+        "xs" | "xsu" => Meaning::Scaled(0),
+        "ys" | "ysu" => Meaning::Scaled(1),
+        "zs" | "zsu" => Meaning::Scaled(2),
+        _ => Meaning::Plain(
             NAMES.iter().find(|(name, _)| *name == text).map_or(Field::Other, |(_, field)| *field),
         ),
     }
@@ -212,24 +212,24 @@ impl<R: BufRead> Frames<R> {
         let count = header
             .count
             .ok_or_else(|| lines.wrong("`ITEM: NUMBER OF ATOMS` should stand before the atoms"))?;
-        let mut columns: Vec<Column> = names.split_whitespace().map(column_named).collect();
+        let mut columns: Vec<Meaning> = names.split_whitespace().map(meaning_of).collect();
         // The examples of LIGGGHTS dump `id type type x y z …`: the first one counts.
         for place in 1..columns.len() {
             if columns[..place].contains(&columns[place]) {
-                columns[place] = Column::Plain(Field::Other);
+                columns[place] = Meaning::Plain(Field::Other);
             }
         }
         *passed = names
             .split_whitespace()
             .zip(&columns)
-            .filter(|(_, column)| **column == Column::Plain(Field::Other))
+            .filter(|(_, column)| **column == Meaning::Plain(Field::Other))
             .map(|(name, _)| shown(name))
             .collect();
         let fields = columns
             .iter()
             .map(|column| match column {
-                Column::Plain(field) => *field,
-                Column::Scaled(axis) => Field::Position(*axis),
+                Meaning::Plain(field) => *field,
+                Meaning::Scaled(axis) => Field::Position(*axis),
             })
             .collect();
         let mut rows = Rows::new(fields, 1, |field| name(field).to_owned())
@@ -240,7 +240,7 @@ impl<R: BufRead> Frames<R> {
         }
         let mut particles = rows.finish();
         for axis in 0..3 {
-            if columns.contains(&Column::Scaled(axis)) {
+            if columns.contains(&Meaning::Scaled(axis)) {
                 let bounds = header.bounds.ok_or_else(|| {
                     lines.wrong("coordinates as fractions of the box need `ITEM: BOX BOUNDS`")
                 })?;

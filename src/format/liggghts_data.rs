@@ -125,7 +125,8 @@ pub fn read(path: &Path) -> Result<(Particles, Vec<String>), FormatError> {
 fn read_lines<R: BufRead>(mut lines: Lines<R>) -> Result<(Particles, Vec<String>), FormatError> {
     let mut file = DataFile::default();
     let mut line = String::new();
-    lines.need(&mut line, "a title")?;
+    // The title, which may be empty.
+    lines.next(&mut line)?;
     let mut section = Section::Header;
     while lines.next_filled(&mut line)? {
         let text = line.split('#').next().unwrap_or_default().trim();
@@ -263,6 +264,7 @@ impl DataFile {
         };
         particles.bounds = Some(Bounds { low: Vec3::new(x0, y0, z0), high: Vec3::new(x1, y1, z1) });
         self.move_atoms(&mut particles)?;
+        particles.check().map_err(|fault| fault.to_string())?;
         Ok((particles, self.notes))
     }
 

@@ -8,6 +8,9 @@ pub const LARGEST_NUMBER: u64 = 1 << 53;
 /// Largest material number; LAMMPS and LIGGGHTS keep types in 32 bits.
 pub const LARGEST_MATERIAL: u32 = i32::MAX as u32 - 1;
 
+/// Largest coordinate and radius, m: their sums and doubles are still finite.
+pub const LARGEST_LENGTH: f64 = 1e300;
+
 /// A table with one row a sphere. Columns that are `None` are unknown; those
 /// that are there have as many entries as `positions`.
 ///
@@ -62,14 +65,16 @@ impl Particles {
         length("bodies", self.bodies.as_ref().map(Vec::len), rows)?;
         length("materials", self.materials.as_ref().map(Vec::len), rows)?;
         length("densities", self.densities.as_ref().map(Vec::len), rows)?;
-        finite("positions", Some(&self.positions), rows)?;
-        finite("velocities", self.velocities.as_ref(), rows)?;
-        finite("spins", self.spins.as_ref(), rows)?;
-        finite("forces", self.forces.as_ref(), rows)?;
+        within("positions", Some(&self.positions), rows, LARGEST_LENGTH)?;
+        within("velocities", self.velocities.as_ref(), rows, f64::MAX)?;
+        within("spins", self.spins.as_ref(), rows, f64::MAX)?;
+        within("forces", self.forces.as_ref(), rows, f64::MAX)?;
         for (key, column) in [("radii", Some(&self.radii)), ("densities", self.densities.as_ref())]
         {
             for (row, value) in column.into_iter().flatten().enumerate() {
-                Fault::positive("", *value).map_err(|fault| at(fault, key, row))?;
+                Fault::positive("", *value)
+                    .and_then(|()| Fault::within("", *value, 0.0, LARGEST_LENGTH))
+                    .map_err(|fault| at(fault, key, row))?;
             }
         }
         for (key, column) in [("ids", &self.ids), ("bodies", &self.bodies)] {
@@ -154,18 +159,18 @@ fn length(key: &str, length: Option<usize>, rows: usize) -> Result<(), Fault> {
     }
 }
 
-fn finite(key: &str, column: Option<&Vec<Vec3>>, rows: usize) -> Result<(), Fault> {
+fn within(key: &str, column: Option<&Vec<Vec3>>, rows: usize, largest: f64) -> Result<(), Fault> {
     length(key, column.map(Vec::len), rows)?;
     let wrong = column
         .into_iter()
         .flatten()
         .enumerate()
-        .find(|(_, value)| value.iter().any(|component| !component.is_finite()));
+        .find(|(_, value)| !value.iter().all(|component| component.abs() <= largest));
     match wrong {
         Some((row, value)) => Err(Fault::new(
             format!("{key}[{row}]"),
             format!("is ({}, {}, {})", value.x, value.y, value.z),
-            "finite numbers",
+            format!("finite numbers up to {largest:e}"),
         )),
         None => Ok(()),
     }
@@ -180,13 +185,13 @@ fn below(key: &str, value: u64, largest: u64) -> Result<(), Fault> {
 
 fn check_bounds(bounds: &Bounds) -> Result<(), Fault> {
     let numbers = bounds.low.iter().chain(bounds.high.iter());
-    if numbers.copied().all(f64::is_finite) && !bounds.is_empty() {
+    if numbers.copied().all(|v| v.abs() <= LARGEST_LENGTH) && !bounds.is_empty() {
         return Ok(());
     }
     Err(Fault::new(
         "bounds",
         format!("is {:?} to {:?}", bounds.low.as_slice(), bounds.high.as_slice()),
-        "finite corners, the low one not above the high one",
+        "finite corners up to 1e300, the low one not above the high one",
     ))
 }
 

@@ -109,6 +109,20 @@ fn spheres_come_back_from_every_format_but_for_what_it_says() {
 }
 
 #[test]
+fn line_ends_of_windows_and_blank_lines_do_not_matter() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (_, table) = tables().swap_remove(0);
+    for format in FORMATS.iter().filter(|format| format.write_particles.is_some()) {
+        let path = file(&folder, format, "a");
+        write(&path, &Data::Particles(table.clone())).expect("written");
+        let plain = read(&path).expect("read");
+        let text = std::fs::read_to_string(&path).expect("text");
+        std::fs::write(&path, text.replace('\n', "\r\n\r\n")).expect("written");
+        assert_eq!(read(&path).expect(format.name), plain, "{}", format.name);
+    }
+}
+
+#[test]
 fn surfaces_come_back_from_every_format() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for format in FORMATS.iter().filter(|format| format.write_mesh.is_some()) {
@@ -252,7 +266,7 @@ proptest! {
         place in 0.0..1.0f64,
         patch in prop_oneof![
             proptest::collection::vec(any::<u8>(), 1..4),
-            prop_oneof!["-1", "99999999999999999999", "nan", "1e999", "9007199254740993", "\n", " ", "4294967296"]
+            prop_oneof!["-1", "99999999999999999999", "nan", "1e999", "1e307", "9007199254740993", "\n", " ", "4294967296"]
                 .prop_map(String::into_bytes),
         ],
         truncate in any::<bool>(),

@@ -60,9 +60,9 @@ impl<R: BufRead> Lines<R> {
         Ok(false)
     }
 
-    /// The next line, which must be there; `what` says what it holds.
+    /// The next line that is not empty, which must be there; `what` says what it holds.
     pub(super) fn need(&mut self, buffer: &mut String, what: &str) -> Result<(), FormatError> {
-        if self.next(buffer)? {
+        if self.next_filled(buffer)? {
             return Ok(());
         }
         Err(FormatError::line(

@@ -41,12 +41,14 @@ pub(super) const BOX: &str = "Box";
 pub fn write_particles(path: &Path, particles: &Particles) -> Result<Vec<String>, FormatError> {
     save(path, particles, |out| {
         open(out)?;
-        field_data(out, particles)?;
         let count = particles.len();
         piece(out, count, count, 0)?;
         point_data(out, particles)?;
         points(out, &particles.positions)?;
         cells(out, "Verts", &(0..count as i64).collect::<Vec<_>>(), 1)?;
+        writeln!(out, "</Piece>")?;
+        // In front of the piece, where VTK puts it, it keeps OVITO from knowing the file.
+        field_data(out, particles)?;
         close(out)
     })?;
     Ok(Vec::new())
@@ -63,6 +65,7 @@ pub fn write_mesh(path: &Path, mesh: &Mesh) -> Result<Vec<String>, FormatError> 
         piece(out, mesh.vertices.len(), 0, mesh.triangles.len())?;
         points(out, &mesh.vertices)?;
         cells(out, "Polys", &corners, 3)?;
+        writeln!(out, "</Piece>")?;
         close(out)
     })?;
     Ok(Vec::new())
@@ -78,7 +81,7 @@ fn open(out: &mut dyn Write) -> io::Result<()> {
 }
 
 fn close(out: &mut dyn Write) -> io::Result<()> {
-    writeln!(out, "</Piece>\n</PolyData>\n</VTKFile>")
+    writeln!(out, "</PolyData>\n</VTKFile>")
 }
 
 fn piece(out: &mut dyn Write, points: usize, verts: usize, polys: usize) -> io::Result<()> {

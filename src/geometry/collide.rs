@@ -1,7 +1,7 @@
 //! Do two solids come nearer to each other than a given distance?
 //!
-//! Surfaces against surfaces by parry3d (bounding volume trees over triangles,
-//! GJK between triangles), with lengths scaled so that the tolerances of GJK,
+//! Surfaces against surfaces by parry3d (both bounding volume trees
+//! walked together, GJK between triangles), with lengths scaled so that the tolerances of GJK,
 //! which are absolute, stay far below the size of a grain; one solid inside
 //! the other by a parity count of crossings along a ray. A skin of 10⁻⁶ of the smaller
 //! solid stands between "apart" and "touching", so rounding errs to the safe side.
@@ -10,6 +10,7 @@
 use super::{Bounds, Mesh};
 use crate::num::{Rotation, Vec3};
 use parry3d::math::{Pose, Vector};
+use parry3d::partitioning::BvhNode;
 use parry3d::query::DefaultQueryDispatcher;
 use parry3d::query::{ClosestPoints, PointQuery, QueryDispatcher, Ray, RayCast};
 use parry3d::shape::TriMesh;
@@ -24,6 +25,8 @@ pub struct Collider {
     vertices: Vec<Vec3>,
     scale: f64,
     radius: f64,
+    /// Radius of the ball about the origin of the frame that the solid holds, m; 0 for none.
+    core: f64,
     bounds: Bounds,
 }
 
@@ -47,13 +50,19 @@ impl Collider {
         }
         let scaled = mesh.vertices.iter().map(|v| vector(&(v / unit))).collect();
         let radius = mesh.vertices.iter().map(|v| v.norm()).fold(0.0, f64::max);
-        Some(Self {
+        let mut collider = Self {
             mesh: TriMesh::new(scaled, mesh.triangles.clone()).ok()?,
             vertices: mesh.vertices.clone(),
             scale: 1.0 / unit,
             radius,
+            core: 0.0,
             bounds: mesh.bounds(),
-        })
+        };
+        if collider.holds_local(&Vec3::zeros()) {
+            let nearest = collider.mesh.project_local_point(Vector::ZERO, false).point;
+            collider.core = nearest.length() * unit;
+        }
+        Some(collider)
     }
 
     /// Largest distance of the surface from the origin of its frame, m.
@@ -68,9 +77,13 @@ impl Collider {
 
     /// True if the solids overlap or their surfaces are nearer than `gap` [m].
     pub fn nearer_than(&self, at: &Place, other: &Self, other_at: &Place, gap: f64) -> bool {
-        let apart = (at.0 - other_at.0).norm() - self.radius - other.radius;
+        let distance = (at.0 - other_at.0).norm();
+        let apart = distance - self.radius - other.radius;
         if apart > gap.max(0.0) + 1e-6 * self.radius.min(other.radius) {
             return false;
+        }
+        if self.core > 0.0 && other.core > 0.0 && distance < self.core + other.core {
+            return true;
         }
         self.surfaces_nearer_than(at, other, other_at, gap)
             || self.holds(at, &other.some_point(other_at))
@@ -88,10 +101,17 @@ impl Collider {
         let skin = 1e-6 * self.size().min(other.size());
         let between = pose(at, self.scale).inv_mul(&pose(other_at, self.scale));
         let margin = (gap.max(0.0) + skin) * self.scale;
-        let found =
-            DefaultQueryDispatcher.closest_points(&between, &self.mesh, &other.mesh, margin);
-        // Triangle meshes are supported by the dispatcher; were they not, "near" is the safe answer.
-        !matches!(found, Ok(ClosestPoints::Disjoint))
+        let boxes_near = |mine: &BvhNode, its: &BvhNode| {
+            let its = its.aabb().transform_by(&between);
+            let apart = (mine.mins() - its.maxs).max(its.mins - mine.maxs());
+            apart.max_element() <= margin
+        };
+        self.mesh.bvh().leaf_pairs(other.mesh.bvh(), boxes_near).any(|(mine, its)| {
+            let (mine, its) = (self.mesh.triangle(mine), other.mesh.triangle(its));
+            let found = DefaultQueryDispatcher.closest_points(&between, &mine, &its, margin);
+            // Triangles are supported by the dispatcher; were they not, "near" is the safe answer.
+            !matches!(found, Ok(ClosestPoints::Disjoint))
+        })
     }
 
     /// True if a ball overlaps the solid or is nearer to it than `gap` [m].

@@ -343,7 +343,7 @@ mod tests {
 
     #[test]
     fn wrong_containers_name_their_key() {
-        let key = |text: &str, dimension| region(text, dimension).err().expect("is wrong").key;
+        let key = |text: &str, dimension| region(text, dimension).expect_err("is wrong").key;
         assert_eq!(key("box = { size = [1, 1] }", 3), "box.size");
         assert_eq!(key("box = { size = [1, 1, 1] }", 2), "box.size");
         assert_eq!(key("box = { size = [1, -1, 1] }", 3), "box.size");

@@ -3,8 +3,8 @@
 //! Each ball lies in exactly one cell of exactly one level; the cells of level
 //! k are 2^k times as wide as those of level 0 and at least as wide as every
 //! ball in them, so a query looks at a handful of cells a level whatever the
-//! ratio of sizes (He, Ogarko, Luding and others use the same structure; the idea is
-//! the hierarchical hash table of Ericson, "Real-Time Collision Detection", 2005, 7.2).
+//! ratio of sizes (Ogarko & Luding 2012, Comput. Phys. Commun. 183, 931; the hierarchical
+//! hash of Ericson, "Real-Time Collision Detection", 2005, section 7.2).
 //!
 //! Cost: O(1) an insertion, O(levels + balls found) a query whose reach is not
 //! much larger than the balls. A query of a large ball among many small ones
@@ -90,7 +90,8 @@ impl BallGrid {
     /// Adds a ball and returns its number: 0, 1, 2, … in the order of insertion.
     pub fn insert(&mut self, centre: Vec3, radius: f64) -> u32 {
         let number = self.radii.len() as u32;
-        let steps = (2.0 * radius / self.smallest_cell).log2().ceil().max(0.0) as usize;
+        // Balls too large for the last level only make its queries wider.
+        let steps = (2.0 * radius / self.smallest_cell).log2().ceil().clamp(0.0, 63.0) as usize;
         while self.levels.len() <= steps {
             let cell = self.smallest_cell * (self.levels.len() as f64).exp2();
             self.levels.push(Level { cell, ..Level::default() });

@@ -10,12 +10,12 @@ pub mod distance;
 pub mod grid;
 pub mod mass;
 pub mod mesh;
+pub mod primitive;
 pub mod region;
 #[cfg(test)]
 pub mod samples;
 pub mod united;
 pub mod visible;
-pub mod primitive;
 
 pub use balls::Ball;
 pub use bounds::Bounds;

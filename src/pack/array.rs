@@ -185,3 +185,124 @@ impl Nodes {
             || region.clearance(node) >= self.radius * (1.0 - SLACK) + self.gap
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::{brute_force, of, room, sphere};
+    use super::super::{Method, Packing, pack};
+    use super::*;
+    use crate::geometry::region::CylinderRegion;
+    use std::f64::consts::PI;
+
+    fn lay(grains: &[Grain], region: &Region, parameters: Array) -> Packing {
+        pack(grains, &[], region, &Method::Array(parameters), 1, &Job::quiet())
+            .expect("right parameters")
+    }
+
+    fn array(pattern: Pattern) -> Array {
+        Array { pattern, ..Array::default() }
+    }
+
+    /// Solid fraction of equal spheres in the middle of an array, from the number of centres in a
+    /// box whose faces are averaged over many offsets.
+    fn core_fraction(packing: &Packing, radius: f64, dimension: usize, side: f64) -> f64 {
+        let ball =
+            if dimension == 2 { PI * radius.powi(2) } else { 4.0 / 3.0 * PI * radius.powi(3) };
+        let mut source = stream(9, "core", 0);
+        let (window, mut count) = (0.4 * side, 0_usize);
+        let windows = 400;
+        for _ in 0..windows {
+            let low = Vec3::from_fn(|axis, _| {
+                if axis < dimension { uniform(&mut source, 0.15, 0.45) * side } else { -1.0 }
+            });
+            let inside =
+                |p: &Vec3| (0..dimension).all(|a| (0.0..window).contains(&(p[a] - low[a])));
+            count += packing.placements.iter().filter(|laid| inside(&laid.position)).count();
+        }
+        count as f64 / f64::from(windows) * ball / window.powi(dimension as i32)
+    }
+
+    #[test]
+    fn fractions_are_those_of_the_lattices() {
+        let cases = [
+            (Pattern::Square, 2, PI / 4.0, 60),
+            (Pattern::Staggered, 2, PI / 12.0_f64.sqrt(), 60),
+            (Pattern::Square, 3, PI / 6.0, 20),
+            (Pattern::Staggered, 3, PI / 18.0_f64.sqrt(), 20),
+        ];
+        for (pattern, dimension, expected, across) in cases {
+            let radius = 0.5 / f64::from(across);
+            let clumps = vec![sphere(radius, dimension); 12_000];
+            let grains = of(&clumps);
+            let region = room(&vec![1.0; dimension]);
+            let packing = lay(&grains, &region, array(pattern));
+            let fraction = core_fraction(&packing, radius, dimension, 1.0);
+            assert!((fraction / expected - 1.0).abs() < 0.01, "{pattern:?} {dimension} {fraction}");
+            assert!(packing.measures.worst_overlap < 1e-9);
+            assert!(packing.measures.porosity_error == 0.0);
+        }
+    }
+
+    #[test]
+    fn a_room_of_whole_pitches_is_full_to_the_last_node() {
+        let clumps = vec![sphere(0.05, 3); 1001];
+        let grains = of(&clumps);
+        let packing = lay(&grains, &room(&[1.0, 1.0, 1.0]), array(Pattern::Square));
+        assert_eq!(packing.placements.len(), 1000);
+        assert_eq!(packing.dropped, [1000]);
+        assert!((packing.measures.porosity - (1.0 - PI / 6.0)).abs() < 1e-12);
+        // Six neighbours inside, five on faces, four on edges, three in corners.
+        let contacts = 6.0 * 512.0 + 5.0 * 384.0 + 4.0 * 96.0 + 3.0 * 8.0;
+        assert!((packing.measures.coordination - contacts / 1000.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn staggered_spheres_touch_twelve_others_in_the_core() {
+        let clumps = vec![sphere(0.05, 3); 2000];
+        let grains = of(&clumps);
+        let packing = lay(&grains, &room(&[1.0, 1.0, 1.0]), array(Pattern::Staggered));
+        let centre = Vec3::repeat(0.5);
+        let middle = packing
+            .placements
+            .iter()
+            .min_by(|a, b| (a.position - centre).norm().total_cmp(&(b.position - centre).norm()))
+            .expect("placed");
+        let near = |p: &&super::super::Placement| (p.position - middle.position).norm() < 0.1001;
+        assert_eq!(packing.placements.iter().filter(near).count(), 13);
+    }
+
+    #[test]
+    fn gap_and_jitter_never_overlap_and_stay_inside() {
+        let clumps = vec![sphere(0.03, 3); 500];
+        let grains = of(&clumps);
+        let cylinder = Region::Cylinder(CylinderRegion {
+            base: Vec3::zeros(),
+            axis: 0,
+            radius: 0.4,
+            height: 1.0,
+            segments: 24,
+            open: [false; 2],
+        });
+        for region in [room(&[0.7, 0.8, 0.9]), cylinder] {
+            for pattern in [Pattern::Square, Pattern::Staggered] {
+                let parameters =
+                    Array { gap: Length(0.01), jitter: Length(0.005), ..array(pattern) };
+                let packing = lay(&grains, &region, parameters);
+                assert!(packing.placements.len() > 300, "{}", packing.outcome);
+                let (gap, wall) = brute_force(&packing, &grains, &region);
+                assert!((0.0..0.01).contains(&gap) && wall > 0.0, "{gap} {wall}");
+            }
+        }
+        let fault = Array { jitter: Length(0.1), ..Array::default() }.validate();
+        assert_eq!(fault.expect_err("more than half the gap").key, "jitter");
+    }
+
+    #[test]
+    fn nothing_fits_is_an_outcome() {
+        let clumps = vec![sphere(0.6, 3); 2];
+        let grains = of(&clumps);
+        let packing = lay(&grains, &room(&[1.0, 5.0, 5.0]), Array::default());
+        assert_eq!(packing.dropped, [0, 1]);
+        assert!(lay(&[], &room(&[1.0, 1.0]), Array::default()).placements.is_empty());
+    }
+}

@@ -80,3 +80,52 @@ fn parse(line: &str, row: usize) -> Option<Placement> {
         spin: Vec3::new(wx, wy, wz),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::{dumbbell, of, room};
+    use super::super::{Method, Random, pack};
+    use super::*;
+    use crate::num::Job;
+
+    #[test]
+    fn reading_gives_the_same_bits() {
+        let clumps = vec![dumbbell(0.03, 0.07); 40];
+        let grains = of(&clumps);
+        let method = Method::Random(Random::default());
+        let packing =
+            pack(&grains, &[], &room(&[1.0; 3]), &method, 1, &Job::quiet()).expect("right");
+        let mut written = packing.placements;
+        written[0].velocity = Vec3::new(-0.0, 1e-310, 0.1 + 0.2);
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("packing.csv");
+        write(&path, &written, &grains).expect("written");
+        let read_back = read(&path).expect("read");
+        assert_eq!(read_back.len(), written.len());
+        for (a, b) in read_back.iter().zip(&written) {
+            assert_eq!(a.grain, b.grain);
+            assert_eq!(numbers(a).map(f64::to_bits), numbers(b).map(f64::to_bits));
+        }
+    }
+
+    #[test]
+    fn broken_rows_name_their_line() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("packing.csv");
+        let good = "0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0";
+        let bad = [
+            "1,0,0,0,0,0,1,0,0,0,0,0,0,0,0,nan",
+            "1,0,0,0,0,0,2,0,0,0,0,0,0,0,0,0",
+            "1,0,0,0,0,0,1,0,0,0,0,0,0,0,0",
+            "7,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0",
+        ];
+        for line in bad {
+            std::fs::write(&path, format!("{HEADER}\n{good}\n{line}\n")).expect("written");
+            let error = read(&path).expect_err("is wrong").to_string();
+            assert!(error.contains("packing.csv: line 3"), "{error}");
+        }
+        std::fs::write(&path, "x,y\n").expect("written");
+        assert!(read(&path).expect_err("is wrong").to_string().contains("line 1"));
+        assert!(read(&folder.path().join("none.csv")).is_err());
+    }
+}

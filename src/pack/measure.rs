@@ -45,7 +45,7 @@ pub fn contacts_of(centres: &[Vec3], radii: &[f64], body: &[u32], gap_tolerance:
     let least = Cell::new(mean_diameter.max(gap_tolerance));
     let (mut found, mut worst_overlap) = (false, 0.0_f64);
     let mut pairs = Vec::new();
-    let reach = || least.get().max(gap_tolerance.next_up());
+    let reach = || least.get().max(gap_tolerance + 1e-12 * mean_diameter);
     near_pairs(centres, radii, body, reach, |i, j, gap| {
         if gap <= gap_tolerance {
             let (a, b) = (body[i as usize], body[j as usize]);
@@ -124,5 +124,70 @@ pub fn measure(placements: &[Placement], grains: &[Grain], region: &Region) -> M
         gap_tolerance,
         worst_overlap: contacts.worst_overlap,
         least_gap: contacts.least_gap,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::room;
+    use super::*;
+    use crate::num::random::uniform;
+    use proptest::prelude::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(40))]
+        #[test]
+        fn contacts_are_those_of_brute_force(seed in 0_u64..1000, tolerance in 0.0..0.05_f64) {
+            let mut source = stream(seed, "contacts", 0);
+            let count = 90;
+            let centres: Vec<Vec3> = (0..count)
+                .map(|_| Vec3::from_fn(|_, _| uniform(&mut source, 0.0, 1.0)))
+                .collect();
+            let radii: Vec<f64> =
+                (0..count).map(|_| 10.0_f64.powf(uniform(&mut source, -2.5, -1.0))).collect();
+            let body: Vec<u32> = (0..count as u32).map(|i| i / 2).collect();
+            let found = contacts_of(&centres, &radii, &body, tolerance);
+            let (mut pairs, mut worst, mut least) = (Vec::new(), 0.0_f64, f64::INFINITY);
+            for i in 0..count {
+                for j in (0..i).filter(|&j| body[i] != body[j]) {
+                    let gap = (centres[i] - centres[j]).norm() - radii[i] - radii[j];
+                    least = least.min(gap);
+                    worst = worst.max(-gap / radii[i].min(radii[j]));
+                    if gap <= tolerance {
+                        pairs.push((body[j], body[i]));
+                    }
+                }
+            }
+            pairs.sort_unstable();
+            pairs.dedup();
+            prop_assert_eq!(found.pairs, pairs);
+            prop_assert!((found.worst_overlap - worst).abs() < 1e-12);
+            prop_assert!((found.least_gap.expect("dense enough") - least).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn few_bodies_have_no_gap() {
+        let none = contacts_of(&[], &[], &[], 0.0);
+        assert_eq!((none.pairs.len(), none.worst_overlap, none.least_gap), (0, 0.0, None));
+        let far = [Vec3::zeros(), Vec3::new(10.0, 0.0, 0.0)];
+        assert_eq!(contacts_of(&far, &[1.0, 1.0], &[0, 1], 0.0).least_gap, None);
+        let near = contacts_of(&far, &[4.0, 4.5], &[0, 1], 0.0);
+        assert_eq!(near.least_gap, Some(1.5));
+        assert_eq!(near.coordination(2), 0.0);
+        let touching = contacts_of(&far, &[5.0, 5.0], &[0, 1], 0.0);
+        assert_eq!(touching.coordination(2), 1.0);
+    }
+
+    #[test]
+    fn sampled_porosity_of_two_overlapping_balls_is_that_of_their_union() {
+        let centres = [Vec3::new(0.4, 0.5, 0.5), Vec3::new(0.6, 0.5, 0.5)];
+        let region = room(&[1.0, 1.0, 1.0]);
+        let (porosity, error) =
+            sampled_porosity(&centres, &[0.2, 0.2], &region, 50_000).expect("a box has points");
+        let lens = PI * (4.0 * 0.2 + 0.2) * (2.0 * 0.2 - 0.2_f64).powi(2) / 12.0;
+        let exact = 1.0 - (2.0 * 4.0 / 3.0 * PI * 0.008 - lens);
+        assert!((porosity - exact).abs() < 4.0 * error, "{porosity} {exact} {error}");
+        assert!((5e-4..2e-3).contains(&error), "{error}");
     }
 }

@@ -9,6 +9,8 @@ pub mod measure;
 mod occupied;
 pub mod placed;
 pub mod random;
+#[cfg(test)]
+mod samples;
 
 pub use array::Array;
 pub use measure::{Contacts, contacts_of};
@@ -55,7 +57,7 @@ pub const METHODS: &[MethodEntry] = &[
         key: "random",
         id: "P3",
         summary: "grains one by one at random places and angles; kept where they overlap nothing, dropped after a number of tries",
-        source: "random sequential addition; Widom 1966, Manna 1992",
+        source: "random sequential addition: Widom 1966; Feder 1980",
     },
     MethodEntry {
         key: "array",

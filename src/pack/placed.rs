@@ -35,7 +35,7 @@ pub struct PlacedBody {
     pub family: Option<String>,
     /// Centre of mass, m: 3 numbers, 2 in two dimensions; required.
     pub position: Vec<Length>,
-    /// How the body frame is turned into the world frame; default not at all.
+    /// How the solid, as it lies in its own file, is turned into the world frame; default not at all.
     pub orientation: Orientation,
     /// Velocity, m/s: 3 numbers, or 2 in two dimensions; default 0.
     pub velocity: Vec<Speed>,
@@ -47,7 +47,7 @@ pub struct PlacedBody {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Orientation {
-    /// The body frame (centre of mass, principal axes) lies along the world axes.
+    /// Not turned.
     #[default]
     Identity,
     /// Turned about an axis.
@@ -128,7 +128,7 @@ impl PlacedBody {
         self.orientation.rotation().map(drop).map_err(|fault| fault.under("orientation"))
     }
 
-    fn place(&self, grain: u32, dimension: usize) -> Result<Placement, Fault> {
+    fn place(&self, grain: u32, what: &Grain, dimension: usize) -> Result<Placement, Fault> {
         let position: Vec<f64> = self.position.iter().map(|v| v.0).collect();
         let velocity: Vec<f64> = self.velocity.iter().map(|v| v.0).collect();
         let mut spin: Vec<f64> = self.spin.iter().map(|v| v.0).collect();
@@ -150,7 +150,7 @@ impl PlacedBody {
         Ok(Placement {
             grain,
             position: vector("position", &position, dimension)?,
-            orientation,
+            orientation: orientation * what.clump.axes,
             velocity: vector("velocity", &velocity, dimension)?,
             spin,
         })
@@ -176,7 +176,7 @@ impl Placed {
         let mut used = vec![false; grains.len()];
         for (index, body) in self.bodies.iter().enumerate() {
             let laid = choose(body, grains, families, &used)
-                .and_then(|grain| body.place(grain, region.dimension()))
+                .and_then(|at| body.place(at, &grains[at as usize], region.dimension()))
                 .map_err(|fault| fault.under(format!("placed.bodies[{index}]")))?;
             used[laid.grain as usize] = true;
             placements.push(laid);
@@ -257,4 +257,137 @@ fn accept(placements: &[Placement], grains: &[Grain], region: &Region) -> Result
             format!("overlaps bodies[{earlier}] by {percent:.0} % of the smaller radius"),
         ))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::{clump, of, room, sphere};
+    use super::super::{Method, PackError, Packing, pack};
+    use super::*;
+    use crate::clump::Clump;
+    use crate::num::Job;
+
+    fn lay(text: &str, grains: &[Grain], region: &Region) -> Result<Packing, PackError> {
+        let method: Method = toml::from_str(text).expect("well formed");
+        pack(grains, &["big", "small"], region, &method, 1, &Job::quiet())
+    }
+
+    fn key(text: &str, grains: &[Grain], region: &Region) -> String {
+        match lay(text, grains, region) {
+            Err(PackError::Wrong(fault)) => fault.key,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    fn clumps() -> Vec<Clump> {
+        vec![sphere(0.2, 3), sphere(0.1, 3), sphere(0.1, 3)]
+    }
+
+    fn families(clumps: &[Clump]) -> Vec<Grain<'_>> {
+        let mut grains = of(clumps);
+        grains.iter_mut().skip(1).for_each(|grain| grain.family = 1);
+        grains
+    }
+
+    #[test]
+    fn bodies_go_where_they_are_told() {
+        let clumps = clumps();
+        let text = r#"[placed]
+            bodies = [
+                { family = "small", position = ["50 cm", 0.5, 0.89], velocity = [0, 0, -1] },
+                { grain = 0, position = [0.5, 0.5, 0.595], orientation = { axis_angle = { axis = [0, 0, 2], angle = "90 deg" } } },
+                { family = "small", position = [0.2, 0.2, 0.2], orientation = { quaternion = [0, 2, 0, 0] }, spin = ["60 rpm", 0, 0] },
+            ]"#;
+        let packing = lay(text, &families(&clumps), &room(&[1.0; 3])).expect("accepted");
+        let order: Vec<u32> = packing.placements.iter().map(|p| p.grain).collect();
+        assert_eq!(order, [0, 1, 2]);
+        assert!((packing.placements[0].orientation * Vec3::x() - Vec3::y()).norm() < 1e-15);
+        assert_eq!(packing.placements[1].velocity, Vec3::new(0.0, 0.0, -1.0));
+        assert!((packing.placements[2].spin.x - std::f64::consts::TAU).abs() < 1e-12);
+        assert!((packing.placements[2].orientation * Vec3::y() + Vec3::y()).norm() < 1e-15);
+        // Overlap 0.005 of 0.1: accepted, measured, and the porosity says it is sampled.
+        assert!((packing.measures.worst_overlap - 0.05).abs() < 1e-12);
+        assert!(packing.measures.porosity_error > 0.0);
+        let exact = 1.0 - 4.0 / 3.0 * std::f64::consts::PI * (0.008 + 2.0 * 0.001);
+        assert!((packing.measures.porosity - exact).abs() < 5.0 * packing.measures.porosity_error);
+    }
+
+    #[test]
+    fn the_solid_is_turned_from_its_own_frame() {
+        let mut turned =
+            clump(vec![crate::geometry::Ball { centre: Vec3::zeros(), radius: 0.1 }], 1e-3);
+        turned.axes = Rotation::from_axis_angle(&Vec3::z_axis(), 0.7);
+        let packing = lay(
+            "placed = { bodies = [{ grain = 0, position = [0.5, 0.5, 0.5] }] }",
+            &of(&[turned.clone()]),
+            &room(&[1.0; 3]),
+        )
+        .expect("accepted");
+        assert_eq!(packing.placements[0].orientation, turned.axes);
+    }
+
+    #[test]
+    fn deep_overlaps_are_refused() {
+        let clumps = clumps();
+        let grains = families(&clumps);
+        let region = room(&[1.0; 3]);
+        let pair = |x: f64| {
+            format!(
+                "placed = {{ bodies = [{{ grain = 0, position = [0.5, 0.5, 0.5] }}, {{ grain = 1, position = [{x}, 0.5, 0.5] }}] }}"
+            )
+        };
+        assert_eq!(key(&pair(0.785), &grains, &region), "placed.bodies[1].position");
+        assert!(lay(&pair(0.795), &grains, &region).is_ok());
+        let wall = |z: f64| {
+            format!("placed = {{ bodies = [{{ grain = 0, position = [0.5, 0.5, {z}] }}] }}")
+        };
+        assert_eq!(key(&wall(0.17), &grains, &region), "placed.bodies[0].position");
+        assert_eq!(key(&wall(1.3), &grains, &region), "placed.bodies[0].position");
+        assert!(lay(&wall(0.19), &grains, &region).is_ok());
+        let Region::Box(mut lidless) = region else { panic!("a box") };
+        lidless.open[2][1] = true;
+        assert!(lay(&wall(1.3), &grains, &Region::Box(lidless)).is_ok());
+    }
+
+    #[test]
+    fn wrong_bodies_name_their_key() {
+        let clumps = clumps();
+        let grains = families(&clumps);
+        let (space, plane) = (room(&[1.0; 3]), room(&[1.0; 2]));
+        let one = |body: &str| format!("placed = {{ bodies = [{{ {body} }}] }}");
+        let cases = [
+            ("position = [0, 0, 0]", "grain"),
+            ("grain = 0, family = 'big', position = [0, 0, 0]", "grain"),
+            ("grain = 3, position = [0, 0, 0]", "grain"),
+            ("family = 'tiny', position = [0, 0, 0]", "family"),
+            ("grain = 0", "position"),
+            ("grain = 0, position = [0.5, 0.5]", "position"),
+            ("grain = 0, position = [0.5, 0.5, 0.5], velocity = [1]", "velocity"),
+            ("grain = 0, position = [0.5, 0.5, 0.5], spin = [1]", "spin"),
+            (
+                "grain = 0, position = [0.5, 0.5, 0.5], orientation = { quaternion = [0, 0, 0, 0] }",
+                "orientation.quaternion",
+            ),
+        ];
+        for (body, expected) in cases {
+            assert_eq!(key(&one(body), &grains, &space), format!("placed.bodies[0].{expected}"));
+        }
+        let flat = [
+            ("grain = 1, position = [0.5, 0.5, 0.1]", "position"),
+            ("grain = 1, position = [0.5, 0.5], spin = [1, 0, 0]", "spin"),
+            ("grain = 1, position = [0.5, 0.5], velocity = [1, 0, 2]", "velocity"),
+            (
+                "grain = 1, position = [0.5, 0.5], orientation = { axis_angle = { axis = [1, 0, 0], angle = 1 } }",
+                "orientation",
+            ),
+        ];
+        for (body, expected) in flat {
+            assert_eq!(key(&one(body), &grains, &plane), format!("placed.bodies[0].{expected}"));
+        }
+        let spinning = one("grain = 1, position = [0.5, 0.5], spin = [3], velocity = [1, 2]");
+        let packing = lay(&spinning, &grains, &plane).expect("accepted");
+        assert_eq!(packing.placements[0].spin.z, 3.0);
+        let too_many = "placed = { bodies = [{ family = 'big', position = [0.3, 0.3, 0.3] }, { family = 'big', position = [0.7, 0.7, 0.7] }] }";
+        assert_eq!(key(too_many, &grains, &space), "placed.bodies[1].family");
+    }
 }
