@@ -114,7 +114,7 @@ fn oblique_impact_converges_to_the_reference() {
 #[test]
 fn sliding_turns_into_rolling() {
     for scheme in SCHEMES {
-        let mut model = empty(scheme, contact(0.3 * KN, 10.0, 0.0, 0.3));
+        let mut model = empty(scheme, contact(0.3 * KN, 10.0, 6.0, 0.3));
         model.gravity = Vec3::z() * -9.81;
         model.plan.step = 1e-5;
         model.plan.steps = 15_000;
@@ -126,7 +126,7 @@ fn sliding_turns_into_rolling() {
         let (v, w) = (last(&run).velocities[0].x, last(&run).spins[0].y);
         let arm = RADIUS - if model.plan.law.plane_arm == Arm::Half { 0.5 } else { 1.0 } * depth;
         let invariant = v + 0.4 * RADIUS * RADIUS / arm * w;
-        assert!((invariant - 1.0).abs() < 1e-9, "{scheme:?} {invariant}");
+        assert!((invariant - 1.0).abs() < 1e-8, "{scheme:?} {invariant}");
         assert!((v - 5.0 / 7.0).abs() < 1e-3, "{scheme:?} {v}");
         assert!((v - w * arm).abs() < 1e-3, "{scheme:?}");
     }
@@ -189,9 +189,9 @@ fn residual(scheme: Scheme, clumps: bool, mesh: bool, per: f64) -> f64 {
     model.plan.steps = (0.02 / model.plan.step) as u64;
     model.plan.series_every = (model.plan.steps / 40).max(1);
     let run = finish(&model);
-    let energy = run.series[0].kinetic;
+    let energy = run.series[0].kinetic + run.series[0].elastic;
     let end = run.series.last().expect("rows");
-    assert!(end.slip > 0.02 * energy && end.normal_dashpot > 0.05 * energy, "{end:?}");
+    assert!(end.slip > 0.005 * energy && end.normal_dashpot > 0.05 * energy, "{end:?}");
     run.series.iter().map(|row| row.energy_error.abs()).fold(0.0, f64::max) / energy
 }
 
@@ -199,10 +199,10 @@ fn residual(scheme: Scheme, clumps: bool, mesh: bool, per: f64) -> f64 {
 fn energy_balance_closes_with_the_step() {
     for scheme in SCHEMES {
         let (coarse, fine) = (residual(scheme, false, false, 25.0), residual(scheme, false, false, 200.0));
-        assert!(coarse < 2e-2 && fine < coarse / 7.0, "{scheme:?} {coarse} {fine}");
+        assert!(coarse < 4e-2 && fine < coarse / 20.0, "{scheme:?} {coarse} {fine}");
     }
     let (coarse, fine) = (residual(Scheme::Leapfrog, true, true, 25.0), residual(Scheme::Leapfrog, true, true, 200.0));
-    assert!(coarse < 2e-2 && fine < coarse / 7.0, "{coarse} {fine}");
+    assert!(coarse < 4e-2 && fine < coarse / 20.0, "{coarse} {fine}");
 }
 
 #[test]
@@ -214,8 +214,9 @@ fn local_damping_is_accounted_for() {
         model.plan.steps = 3000;
         let run = finish(&model);
         let row = run.series.last().expect("rows");
-        assert!(row.local_damping > 0.1 * run.series[0].kinetic);
-        assert!(row.energy_error.abs() < 1e-2 * run.series[0].kinetic, "{scheme:?} {row:?}");
+        let energy = run.series[0].kinetic + run.series[0].elastic;
+        assert!(row.local_damping > 0.1 * energy);
+        assert!(row.energy_error.abs() < 2e-3 * energy, "{scheme:?} {row:?}");
     }
 }
 
