@@ -1,1 +1,212 @@
-//! (dem)
+//! Our own discrete element method: soft spheres and rigid clumps (discs in two
+//! dimensions) with a linear spring–dashpot–slider, planes and triangle meshes.
+//!
+//! Three schemes share everything but the order of operations:
+//! `leapfrog` (ours), `liggghts` and `yade` (those codes to round-off).
+//!
+//! Which velocity stands where, with F_n evaluated at x_n and v_{n−1/2}:
+//! - `leapfrog`, `liggghts`: model velocities are v_0; frames hold x_n, v_n, ω_n.
+//!   The set-up pass sees v_0 and does not advance tangential springs.
+//! - `yade`: frames hold x_n, v_{n−1/2}, ω_{n−1/2}. Bodies start with
+//!   v_{−1/2} = v_0 − Δt/2 g; spins and angular momenta are not shifted. Springs
+//!   advance from the first pass on. A deck that starts YADE with the same shift
+//!   gives the same numbers.
+//!
+//! [`Frame::forces`]: contact force on each sphere, plus the weight of the body
+//! for bodies of one sphere (as LIGGGHTS dumps it); clump members carry contact
+//! forces only. With local damping, single spheres include the damping force.
+//! Orientation is followed for clumps only; single spheres keep theirs.
+//!
+//! Rows of the series stand at t_n in every scheme (YADE's lagging velocities
+//! are carried half a step forward); overlaps and elastic energies are exact at t_n.
+//!
+//! Planes and triangles act from both sides; the rule for triangles that share
+//! edges is in [`surface`]. YADE's `wall` keeps its side when a centre crosses it;
+//! ours turns the normal round, as LIGGGHTS does.
+
+mod checkpoint;
+mod drive;
+mod forces;
+mod guard;
+mod law;
+mod ledger;
+pub mod limit;
+mod motion;
+mod neighbours;
+mod setting;
+mod state;
+mod surface;
+mod turn;
+
+#[cfg(test)]
+mod reference;
+#[cfg(test)]
+mod test_physics;
+#[cfg(test)]
+mod test_runs;
+#[cfg(test)]
+mod test_scenes;
+
+pub use limit::{Advice, advise};
+
+use crate::model::{Cost, Frame, Model, Outcome, Run, SeriesRow, Touch};
+use crate::num::Job;
+use crate::num::entry::MethodEntry;
+
+/// Receives what a run produces, in rising time.
+pub trait Observer {
+    /// A frame that is due; the first at step 0, the last at the end.
+    fn frame(&mut self, frame: &Frame);
+    /// A row of the series that is due.
+    fn row(&mut self, row: &SeriesRow);
+    /// A checkpoint that is due; feed it to [`simulate`] to go on from there.
+    fn checkpoint(&mut self, bytes: &[u8]);
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Summary {
+    /// Finished, cancelled, or stopped by the guard and why.
+    pub outcome: Outcome,
+    /// Sphere–sphere contacts at the end; tangential: the spring's part.
+    pub touches: Vec<Touch>,
+    /// Time and memory.
+    pub cost: Cost,
+    /// What was known about the step beforehand.
+    pub advice: Advice,
+    /// Times the candidate lists were built.
+    pub rebuilds: u64,
+}
+
+/// Why a run could not begin.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum DemError {
+    /// The step is above the limit and the plan does not insist.
+    #[error("the time step {step} s is above the limit {limit:.4e} s: {reason}")]
+    StepTooLarge {
+        /// Step of the plan, s.
+        step: f64,
+        /// Largest step accepted, s.
+        limit: f64,
+        /// What governs.
+        reason: String,
+    },
+    /// The checkpoint cannot be used.
+    #[error("the checkpoint {0}")]
+    Checkpoint(String),
+    /// A number in the model cannot be computed with.
+    #[error("{0}")]
+    Unusable(String),
+}
+
+/// Runs `model` from time 0, or from a checkpoint of the same model, and tells
+/// `observer` what happens. Frames and rows up to the checkpoint are not repeated.
+/// The numbers do not depend on `job.threads`.
+pub fn simulate(
+    model: &Model,
+    resume: Option<&[u8]>,
+    job: &Job,
+    observer: &mut dyn Observer,
+) -> Result<Summary, DemError> {
+    drive::simulate(model, resume, job, observer)
+}
+
+/// Runs `model` from time 0 and keeps everything.
+pub fn run(model: &Model, job: &Job) -> Result<Run, DemError> {
+    let mut kept = Kept::default();
+    let summary = simulate(model, None, job, &mut kept)?;
+    Ok(Run {
+        solver: format!("riprap ({})", model.plan.scheme.key()),
+        outcome: summary.outcome,
+        frames: kept.frames,
+        touches: Some(summary.touches),
+        series: kept.rows,
+        cost: summary.cost,
+        notes: Vec::new(),
+    })
+}
+
+/// An observer that keeps frames and rows.
+#[derive(Debug, Default)]
+struct Kept {
+    frames: Vec<Frame>,
+    rows: Vec<SeriesRow>,
+}
+
+impl Observer for Kept {
+    fn frame(&mut self, frame: &Frame) {
+        self.frames.push(frame.clone());
+    }
+
+    fn row(&mut self, row: &SeriesRow) {
+        self.rows.push(*row);
+    }
+
+    fn checkpoint(&mut self, _bytes: &[u8]) {}
+}
+
+/// Schemes and laws, for lists of methods.
+pub const METHODS: &[MethodEntry] = &[
+    MethodEntry {
+        key: "leapfrog",
+        id: "integrator",
+        summary: "kick-drift-kick; clumps turn by splitting into axis rotations, angular momentum kept exactly",
+        source: "Swope et al. 1982; Dullweber, Leimkuhler & McLachlan 1997",
+    },
+    MethodEntry {
+        key: "liggghts",
+        id: "integrator",
+        summary: "LIGGGHTS 3.8.0 nve/sphere and fix rigid, to round-off",
+        source: "LIGGGHTS-PUBLIC 3.8.0",
+    },
+    MethodEntry {
+        key: "yade",
+        id: "integrator",
+        summary: "YADE 2023.02a NewtonIntegrator and ViscElPhys, to round-off",
+        source: "YADE 2023.02a",
+    },
+    MethodEntry {
+        key: "linear",
+        id: "contact",
+        summary: "linear spring, dashpot and Coulomb limit with tangential history",
+        source: "Cundall & Strack 1979",
+    },
+];
+
+/// Refuses what the model's invariants exclude but a kernel would turn into nonsense.
+fn usable(model: &Model) -> Result<(), DemError> {
+    let fault = |text: String| Err(DemError::Unusable(text));
+    if !(model.plan.step.is_finite() && model.plan.step > 0.0) {
+        return fault(format!("the time step is {} s; it must be greater than 0", model.plan.step));
+    }
+    if u32::try_from(model.spheres.len()).is_err() {
+        return fault(format!("{} spheres are more than can be numbered", model.spheres.len()));
+    }
+    for (index, body) in model.bodies.iter().enumerate() {
+        let numbers = body.position.iter().chain(&body.velocity).chain(&body.spin);
+        if !numbers.copied().all(f64::is_finite) {
+            return fault(format!("body {index} has a position or motion that is not finite"));
+        }
+        let heavy = body.mass.is_finite() && body.mass > 0.0;
+        if !heavy || !body.inertia.iter().all(|i| i.is_finite() && *i > 0.0) {
+            return fault(format!("body {index} has no mass or moment of inertia greater than 0"));
+        }
+    }
+    for (index, sphere) in model.spheres.iter().enumerate() {
+        if !(sphere.radius.is_finite() && sphere.radius > 0.0) {
+            return fault(format!("sphere {index} has the radius {} m", sphere.radius));
+        }
+    }
+    let size = model.contacts.size() as u16;
+    for (a, b) in (0..size).flat_map(|a| (a..size).map(move |b| (a, b))) {
+        let law = model.contacts.between(a, b);
+        let rest = [law.kt, law.cn, law.ct, law.friction];
+        let good = law.kn.is_finite() && law.kn > 0.0;
+        if !good || !rest.iter().all(|v| v.is_finite() && *v >= 0.0) {
+            return fault(format!(
+                "the contact between materials {a} and {b} needs kn > 0 and finite kt, cn, ct, friction of at least 0"
+            ));
+        }
+    }
+    Ok(())
+}

@@ -3,6 +3,7 @@
 //! threads) and a way to say what is wrong with an input (`Fault`).
 
 pub mod eigen;
+pub mod clock;
 pub mod entry;
 pub mod fault;
 pub mod job;

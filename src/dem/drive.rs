@@ -1,0 +1,149 @@
+//! The time loop: force pass, rows and frames, kick and drift, lists, guard.
+
+use super::forces::{Workspace, evaluate};
+use super::law::Rule;
+use super::setting::Setting;
+use super::state::{Load, State};
+use super::{DemError, Observer, Summary, checkpoint, guard, ledger, limit, motion, neighbours};
+use crate::model::{Cost, Model, Outcome, Scheme};
+use crate::num::{Job, Vec3, clock};
+use std::time::Instant;
+
+/// Steps between two progress reports.
+const REPORT_EVERY: u64 = 256;
+
+/// See [`super::simulate`].
+pub fn simulate(
+    model: &Model,
+    resume: Option<&[u8]>,
+    job: &Job,
+    observer: &mut dyn Observer,
+) -> Result<Summary, DemError> {
+    let (begun, cpu) = (Instant::now(), clock::cpu_seconds());
+    super::usable(model)?;
+    let advice = limit::advise(model);
+    let step = model.plan.step;
+    if !model.plan.insist && step > advice.limit {
+        return Err(DemError::StepTooLarge { step, limit: advice.limit, reason: advice.reason });
+    }
+    let setting = Setting::new(model);
+    let mut work = Workspace::new(job.threads, model.spheres.len());
+    let (mut state, mut stopped) = match resume {
+        Some(bytes) => (checkpoint::read(model, bytes)?, None),
+        None => start(&setting, &mut work, observer),
+    };
+    let (from, loop_begun) = (state.step, Instant::now());
+    let mut outcome = None;
+    while stopped.is_none() && state.step < model.plan.steps {
+        if job.is_cancelled() {
+            outcome = Some(Outcome::Cancelled { step: state.step });
+            break;
+        }
+        stopped = one_step(&setting, &mut state, &mut work);
+        record(&setting, &mut state, observer, stopped.is_some())?;
+        if state.step % REPORT_EVERY == 0 {
+            job.report("steps", state.step, model.plan.steps);
+        }
+    }
+    let stopped = stopped.or_else(|| guard::check(&setting, &state));
+    let loop_seconds = loop_begun.elapsed().as_secs_f64();
+    let outcome = outcome.unwrap_or_else(|| match stopped {
+        None => Outcome::Finished,
+        Some(reason) => {
+            Outcome::Stopped { step: state.step, time: state.step as f64 * step, reason }
+        }
+    });
+    let steps = state.step - from;
+    Ok(Summary {
+        outcome,
+        touches: ledger::touches(&setting, &state),
+        cost: Cost {
+            cpu_seconds: clock::since(cpu, begun),
+            wall_seconds: begun.elapsed().as_secs_f64(),
+            loop_seconds: Some(loop_seconds),
+            steps,
+            sphere_steps: steps * model.spheres.len() as u64,
+            peak_bytes: clock::peak_bytes(),
+        },
+        advice,
+        rebuilds: state.rebuilds,
+    })
+}
+
+/// State, force pass and output at time 0.
+fn start(
+    setting: &Setting<'_>,
+    work: &mut Workspace,
+    observer: &mut dyn Observer,
+) -> (State, Option<String>) {
+    let mut state = State::new(setting);
+    neighbours::rebuild(setting, &mut state);
+    let stopped = guard::check(setting, &state);
+    force_pass(setting, &mut state, work, true);
+    let ledger = (
+        ledger::kinetic(setting, &state) + ledger::sweep(setting, &state).elastic,
+        ledger::height(setting, &state),
+    );
+    (state.ledger.start, state.ledger.start_height) = ledger;
+    observer.frame(&state.frame(setting));
+    observer.row(&ledger::row(setting, &state));
+    (state, stopped)
+}
+
+/// From one force pass to just after the next.
+fn one_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace) -> Option<String> {
+    state.ledger.add_half();
+    let mut stopped = None;
+    if motion::advance(setting, state) {
+        neighbours::rebuild(setting, state);
+        stopped = guard::check(setting, state);
+    }
+    force_pass(setting, state, work, false);
+    motion::finish(setting, state);
+    stopped
+}
+
+/// Contact forces, local damping, and their energies.
+pub(super) fn force_pass(
+    setting: &Setting<'_>,
+    state: &mut State,
+    work: &mut Workspace,
+    first: bool,
+) {
+    let rule = Rule {
+        law: setting.law,
+        advance: if first && setting.scheme != Scheme::Yade { 0.0 } else { setting.step },
+        interval: if first { 0.0 } else { setting.step },
+    };
+    let tally = evaluate(setting, state, work, &rule);
+    if setting.planar {
+        for Load { force, torque } in &mut state.loads {
+            force.z = 0.0;
+            *torque = Vec3::new(0.0, 0.0, torque.z);
+        }
+    }
+    state.gather_solids(setting);
+    let damping = motion::damp(setting, state, first);
+    state.ledger.add(tally, damping, setting.step, first);
+}
+
+/// Frames, rows and checkpoints that are due.
+fn record(
+    setting: &Setting<'_>,
+    state: &mut State,
+    observer: &mut dyn Observer,
+    last: bool,
+) -> Result<(), DemError> {
+    let plan = &setting.model.plan;
+    let last = last || state.step == plan.steps;
+    if last || state.step % plan.frame_every.max(1) == 0 {
+        observer.frame(&state.frame(setting));
+    }
+    if last || state.step % plan.series_every.max(1) == 0 {
+        observer.row(&ledger::row(setting, state));
+    }
+    if plan.checkpoint_every > 0 && state.step % plan.checkpoint_every == 0 {
+        observer.checkpoint(&checkpoint::write(setting.model, state)?);
+    }
+    Ok(())
+}

@@ -1,0 +1,323 @@
+//! One contact: linear spring and dashpot along the normal, spring, dashpot and
+//! Coulomb limit in the contact plane, and the energy that each of them takes.
+//!
+//! Normal: Fn = kn δ + cn u, clipped at 0 unless the law keeps tension.
+//! Tangent: spring ξ follows the contact plane (see [`History`]), grows by w Δt,
+//! and is cut by μ|Fn| (see [`Coulomb`]); Ft = −(kt ξ + ct w).
+//! Sources: Cundall & Strack 1979; the variants as LIGGGHTS 3.8.0
+//! `hooke/stiffness` and YADE 2023.02a `ViscElPhys` compute them.
+//!
+//! Symbols: δ overlap [m]; n unit normal towards the sphere; u closing speed
+//! [m/s] = −v·n; w sliding velocity [m/s]; ξ spring stretch [m].
+//!
+//! Energy over the interval between two force evaluations is the mean of the
+//! forces at both ends times the displacement in between, so its error is of
+//! second order in the step. O(1); cannot fail.
+
+use crate::model::{Contact, Coulomb, History, Law};
+use crate::num::Vec3;
+use serde::{Deserialize, Serialize};
+use std::ops::AddAssign;
+
+/// What every evaluation of the law in one force pass has in common.
+#[derive(Debug, Clone, Copy)]
+pub struct Rule {
+    /// Variant of the law.
+    pub law: Law,
+    /// Time by which springs advance, s; 0 in the set-up pass of kick-drift-kick schemes.
+    pub advance: f64,
+    /// Time over which energy is counted, s; 0 in the first pass.
+    pub interval: f64,
+}
+
+/// Geometry and motion of a contact.
+#[derive(Debug, Clone, Copy)]
+pub struct Approach {
+    /// Unit vector from the partner towards the sphere.
+    pub normal: Vec3,
+    /// Overlap, m.
+    pub overlap: f64,
+    /// Velocity of the sphere's contact point relative to the partner's, m/s.
+    pub velocity: Vec3,
+    /// Sum of both angular velocities, rad/s.
+    pub spins: Vec3,
+}
+
+/// Force on the sphere.
+#[derive(Debug, Clone, Copy)]
+pub struct Reply {
+    /// Normal force, N, positive when pushing apart.
+    pub normal: f64,
+    /// Tangential force, N.
+    pub tangent: Vec3,
+}
+
+/// Energy taken in one pass, J, and power of walls, W.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Tally {
+    /// Dissipated by normal dashpots (and by clipping the normal force).
+    pub normal_dashpot: f64,
+    /// Dissipated by tangential dashpots.
+    pub tangential_dashpot: f64,
+    /// Dissipated by slip.
+    pub slip: f64,
+    /// Power of moving walls on the spheres, W.
+    pub wall_power: f64,
+}
+
+impl AddAssign for Tally {
+    fn add_assign(&mut self, other: Self) {
+        self.normal_dashpot += other.normal_dashpot;
+        self.tangential_dashpot += other.tangential_dashpot;
+        self.slip += other.slip;
+        self.wall_power += other.wall_power;
+    }
+}
+
+/// What contacts remember, one entry a candidate; arrays that the scene does
+/// not need are empty.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Book {
+    /// True while in contact.
+    pub touching: Vec<bool>,
+    /// Tangential springs, m; with friction only.
+    pub spring: Vec<Vec3>,
+    /// Non-elastic normal force and size of the tangential dashpot force at the last pass, N; with damping only.
+    pub lag: Vec<[f64; 2]>,
+    /// Normal of the last pass; with springs that turn with it only.
+    pub normal: Vec<Vec3>,
+}
+
+/// One entry of a book.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Record {
+    /// Tangential spring, m.
+    pub spring: Vec3,
+    /// See [`Book::lag`].
+    pub lag: [f64; 2],
+    /// See [`Book::normal`].
+    pub normal: Vec3,
+}
+
+impl Record {
+    /// The same contact seen from the other side.
+    pub fn reversed(self) -> Self {
+        Self { spring: -self.spring, lag: self.lag, normal: -self.normal }
+    }
+}
+
+/// Which arrays of a book are kept.
+#[derive(Debug, Clone, Copy)]
+pub struct Kept {
+    /// Springs.
+    pub friction: bool,
+    /// Dashpots.
+    pub damping: bool,
+    /// Old normals.
+    pub normals: bool,
+}
+
+impl Book {
+    /// A book of `size` open contacts.
+    pub fn open(size: usize, kept: Kept) -> Self {
+        let of = |wanted: bool| if wanted { size } else { 0 };
+        Self {
+            touching: vec![false; size],
+            spring: vec![Vec3::zeros(); of(kept.friction)],
+            lag: vec![[0.0; 2]; of(kept.damping)],
+            normal: vec![Vec3::zeros(); of(kept.friction && kept.normals)],
+        }
+    }
+
+    /// Entry `k`, zeros for what is not kept.
+    pub fn record(&self, k: usize) -> Record {
+        Record {
+            spring: self.spring.get(k).copied().unwrap_or_default(),
+            lag: self.lag.get(k).copied().unwrap_or_default(),
+            normal: self.normal.get(k).copied().unwrap_or_default(),
+        }
+    }
+
+    /// Marks entry `k` as touching with `record`.
+    pub fn restore(&mut self, k: usize, record: Record) {
+        self.touching[k] = true;
+        if let Some(place) = self.spring.get_mut(k) {
+            *place = record.spring;
+        }
+        if let Some(place) = self.lag.get_mut(k) {
+            *place = record.lag;
+        }
+        if let Some(place) = self.normal.get_mut(k) {
+            *place = record.normal;
+        }
+    }
+
+    /// The whole book as slices.
+    pub fn view(&mut self) -> BookView<'_> {
+        BookView {
+            touching: &mut self.touching,
+            spring: &mut self.spring,
+            lag: &mut self.lag,
+            normal: &mut self.normal,
+        }
+    }
+}
+
+/// A part of a book that one thread may write.
+pub struct BookView<'a> {
+    /// See [`Book::touching`].
+    pub touching: &'a mut [bool],
+    /// See [`Book::spring`].
+    pub spring: &'a mut [Vec3],
+    /// See [`Book::lag`].
+    pub lag: &'a mut [[f64; 2]],
+    /// See [`Book::normal`].
+    pub normal: &'a mut [Vec3],
+}
+
+impl<'a> BookView<'a> {
+    /// The first `at` entries and the rest.
+    pub fn split_at(self, at: usize) -> (Self, Self) {
+        let (t, touching) = self.touching.split_at_mut(at);
+        let (s, spring) = self.spring.split_at_mut(at.min(self.spring.len()));
+        let (l, lag) = self.lag.split_at_mut(at.min(self.lag.len()));
+        let (n, normal) = self.normal.split_at_mut(at.min(self.normal.len()));
+        (
+            Self { touching: t, spring: s, lag: l, normal: n },
+            Self { touching, spring, lag, normal },
+        )
+    }
+
+    /// Empties entry `k`.
+    pub fn clear(&mut self, k: usize) {
+        self.touching[k] = false;
+        if let Some(place) = self.spring.get_mut(k) {
+            *place = Vec3::zeros();
+        }
+        if let Some(place) = self.lag.get_mut(k) {
+            *place = [0.0; 2];
+        }
+    }
+}
+
+/// Force in a contact that exists; advances entry `k` of `book`.
+#[inline(always)]
+pub fn respond<const FRICTION: bool, const DAMPING: bool>(
+    rule: &Rule,
+    pair: &Contact,
+    approach: &Approach,
+    book: &mut BookView<'_>,
+    k: usize,
+    tally: &mut Tally,
+) -> Reply {
+    book.touching[k] = true;
+    let closing = -approach.velocity.dot(&approach.normal);
+    let elastic = pair.kn * approach.overlap;
+    let mut normal = elastic;
+    if DAMPING {
+        normal += pair.cn * closing;
+        if normal < 0.0 && !rule.law.tension {
+            normal = 0.0;
+        }
+        let loss = normal - elastic;
+        tally.normal_dashpot += 0.5 * rule.interval * closing * (book.lag[k][0] + loss);
+        book.lag[k][0] = loss;
+    }
+    let mut tangent = Vec3::zeros();
+    if FRICTION {
+        let slide = approach.velocity + approach.normal * closing;
+        let limit = pair.friction * normal.abs();
+        let carried = carry(rule, approach, book, k);
+        let mut trial = carried + slide * rule.advance;
+        if rule.law.history == History::Projected {
+            trial -= approach.normal * trial.dot(&approach.normal);
+        }
+        let (spring, dash) = cut(rule.law.coulomb, pair, trial, slide, limit);
+        tangent = -(spring * pair.kt + dash);
+        book.spring[k] = spring;
+        let before = trial - slide * rule.interval;
+        if rule.interval > 0.0 {
+            tally.slip += 0.5 * pair.kt * (before + spring).dot(&(trial - spring));
+        }
+        if DAMPING {
+            let lag = book.lag[k][1];
+            let now = dash.dot(&slide);
+            let size = dash.norm();
+            tally.tangential_dashpot += 0.5 * rule.interval * (lag * slide.norm() + now);
+            book.lag[k][1] = size;
+        }
+    }
+    Reply { normal, tangent }
+}
+
+/// The spring of the last pass, turned with the contact.
+#[inline(always)]
+fn carry(rule: &Rule, approach: &Approach, book: &mut BookView<'_>, k: usize) -> Vec3 {
+    let old = book.spring[k];
+    let n = approach.normal;
+    match rule.law.history {
+        History::Projected => old,
+        History::Rescaled => {
+            let flat = old - n * old.dot(&n);
+            let (was, is) = (old.norm_squared(), flat.norm_squared());
+            if is > 0.0 { flat * (was / is).sqrt() } else { flat }
+        }
+        History::Rotated => {
+            let from = book.normal[k];
+            book.normal[k] = n;
+            let tilted = old - old.cross(&from.cross(&n));
+            let twist = from * (0.5 * rule.advance * from.dot(&approach.spins));
+            tilted - tilted.cross(&twist)
+        }
+    }
+}
+
+/// Spring and dashpot force after the Coulomb limit.
+#[inline(always)]
+fn cut(kind: Coulomb, pair: &Contact, trial: Vec3, slide: Vec3, limit: f64) -> (Vec3, Vec3) {
+    match kind {
+        Coulomb::SpringThenDashpot => {
+            let size = pair.kt * trial.norm();
+            if size > limit {
+                (trial * (limit / size), Vec3::zeros())
+            } else {
+                (trial, slide * pair.ct)
+            }
+        }
+        Coulomb::Sum => {
+            let dash = slide * pair.ct;
+            let total = trial * pair.kt + dash;
+            let size = total.norm();
+            if size <= limit {
+                return (trial, dash);
+            }
+            let force = total * (limit / size);
+            if pair.kt > 0.0 { ((force - dash) / pair.kt, dash) } else { (trial, force) }
+        }
+    }
+}
+
+/// Closes entry `k`, which was touching at the last pass and is apart now.
+#[inline(never)]
+pub fn release<const FRICTION: bool, const DAMPING: bool>(
+    rule: &Rule,
+    pair: &Contact,
+    approach: &Approach,
+    book: &mut BookView<'_>,
+    k: usize,
+    tally: &mut Tally,
+) {
+    let closing = -approach.velocity.dot(&approach.normal);
+    let slide = approach.velocity + approach.normal * closing;
+    if DAMPING {
+        tally.normal_dashpot += 0.5 * rule.interval * closing * book.lag[k][0];
+    }
+    if FRICTION {
+        let spring = book.spring[k];
+        tally.slip += 0.5 * pair.kt * spring.dot(&(spring + slide * rule.interval));
+        if DAMPING {
+            tally.tangential_dashpot += 0.5 * rule.interval * book.lag[k][1] * slide.norm();
+        }
+    }
+    book.clear(k);
+}

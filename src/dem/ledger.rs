@@ -1,0 +1,212 @@
+//! Energy book-keeping.
+//!
+//! Dissipated energies grow in every force pass (see [`super::law`]). Powers
+//! that act from half a step before a pass to half a step after it (moving
+//! walls, local damping) are added in two halves, so that a row between them
+//! stands at the time of the pass. The residual of the balance
+//!     K + E + G + D − W − (its value at time 0)
+//! is of second order in the step for smooth motion (E12 of the trapezoid), and
+//! of the order of the scheme where contacts begin and end.
+
+use super::law::Tally;
+use super::setting::{PlaneNow, Setting};
+use super::state::State;
+use super::surface;
+use crate::model::{Scheme, SeriesRow, Touch};
+use crate::num::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// Running sums, J.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Ledger {
+    /// What contacts took.
+    pub contacts: Tally,
+    /// Work of moving walls on the bodies.
+    pub wall_work: f64,
+    /// Dissipated by local damping.
+    pub local_damping: f64,
+    /// Half of the work of the present pass, to be added after the row.
+    pub wall_half: f64,
+    /// The same for local damping.
+    pub damping_half: f64,
+    /// Kinetic + elastic energy at time 0.
+    pub start: f64,
+    /// Σ m g·x at time 0.
+    pub start_height: f64,
+}
+
+impl Ledger {
+    /// Adds a force pass and the power [W] of local damping in it.
+    pub fn add(&mut self, pass: Tally, damping_power: f64, step: f64, first: bool) {
+        self.wall_half = 0.5 * step * pass.wall_power;
+        self.damping_half = 0.5 * step * damping_power;
+        let power = Tally { wall_power: 0.0, ..pass };
+        self.contacts += power;
+        if !first {
+            self.add_half();
+        }
+    }
+
+    /// Adds the half of the present pass that lies after it.
+    pub fn add_half(&mut self) {
+        self.wall_work += self.wall_half;
+        self.local_damping += self.damping_half;
+    }
+}
+
+/// What a sweep over all touching contacts finds.
+#[derive(Debug, Default)]
+pub struct Sweep {
+    /// Energy in springs, J.
+    pub elastic: f64,
+    /// Contacts, walls included.
+    pub contacts: u64,
+    /// Contacts between spheres.
+    pub between: u64,
+    /// Largest overlap over the smaller radius.
+    pub worst_overlap: f64,
+}
+
+/// Looks at all contacts as they are after the last force pass.
+pub fn sweep(setting: &Setting<'_>, state: &State) -> Sweep {
+    let mut found = Sweep::default();
+    let time = state.step as f64 * setting.step;
+    let mut add = |law: &crate::model::Contact, overlap: f64, spring: Vec3, radius: f64| {
+        let stretch = 0.5 * law.kt * spring.norm_squared();
+        found.elastic += 0.5 * law.kn * overlap * overlap + stretch;
+        found.contacts += 1;
+        found.worst_overlap = found.worst_overlap.max(overlap / radius);
+    };
+    let mut between = 0;
+    visit(&state.pairs, |slot, other, k| {
+        let (a, b) = (&state.balls[slot], &state.balls[other]);
+        let overlap = a.radius + b.radius - (a.place - b.place).norm();
+        let law = setting.pair(a.material, b.material);
+        add(law, overlap, state.pairs.book.record(k).spring, a.radius.min(b.radius));
+        between += 1;
+    });
+    let planes: Vec<PlaneNow> = setting.planes_at(time);
+    visit(&state.planes, |slot, plane, k| {
+        let (ball, plane) = (&state.balls[slot], &planes[plane]);
+        let overlap = ball.radius - (ball.place - plane.point).dot(&plane.normal).abs();
+        let law = setting.pair(ball.material, plane.material);
+        add(law, overlap, state.planes.book.record(k).spring, ball.radius);
+    });
+    visit(&state.faces, |slot, face, k| {
+        let ball = &state.balls[slot];
+        let wall = &setting.model.walls[setting.surfaces.wall[face] as usize];
+        let corners = super::neighbours::face_at(setting, face, time);
+        let (point, _) = surface::closest(&ball.place, &corners);
+        let overlap = ball.radius - (ball.place - point).norm();
+        let law = setting.pair(ball.material, wall.material);
+        add(law, overlap, state.faces.book.record(k).spring, ball.radius);
+    });
+    found.between = between;
+    found
+}
+
+/// Calls `each(slot, partner, k)` for every touching entry.
+pub fn visit(list: &super::state::List, mut each: impl FnMut(usize, usize, usize)) {
+    for slot in 0..list.start.len().saturating_sub(1) {
+        for k in list.start[slot] as usize..list.start[slot + 1] as usize {
+            if list.book.touching[k] {
+                each(slot, list.partner[k] as usize, k);
+            }
+        }
+    }
+}
+
+/// Kinetic energy at the time of the last force pass, J. YADE's velocities lag
+/// half a step behind it and are carried forward with the present acceleration.
+pub fn kinetic(setting: &Setting<'_>, state: &State) -> f64 {
+    let model = setting.model;
+    let ahead = if setting.scheme == Scheme::Yade { 0.5 * setting.step } else { 0.0 };
+    let mut total = 0.0;
+    for (slot, ball) in state.balls.iter().enumerate() {
+        if !ball.alone {
+            continue;
+        }
+        let (light, load) = (&state.light[slot], &state.loads[slot]);
+        let velocity = ball.velocity + (load.force * light.mass + setting.gravity) * ahead;
+        total += 0.5 / light.mass * velocity.norm_squared();
+        if let Some(spin) = state.spins.get(slot) {
+            let spin = spin + load.torque * (light.inertia * ahead);
+            total += 0.5 / light.inertia * spin.norm_squared();
+        }
+    }
+    for solid in &state.solids {
+        let body = &model.bodies[solid.body as usize];
+        let velocity =
+            solid.velocity + (solid.load.force / body.mass + setting.gravity) * ahead;
+        let momentum = solid.momentum + solid.load.torque * ahead;
+        let inner = solid.turn.inverse_transform_vector(&momentum);
+        total += 0.5 * body.mass * velocity.norm_squared()
+            + 0.5 * inner.component_div(&body.inertia).dot(&inner);
+    }
+    total
+}
+
+/// Σ m g·x over all bodies, J.
+pub fn height(setting: &Setting<'_>, state: &State) -> f64 {
+    let model = setting.model;
+    let bodies = state.bodies(setting);
+    bodies.iter().zip(&model.bodies).map(|(s, b)| b.mass * setting.gravity.dot(&s.position)).sum()
+}
+
+/// The row of the series for the present step.
+pub fn row(setting: &Setting<'_>, state: &State) -> SeriesRow {
+    let ledger = &state.ledger;
+    let found = sweep(setting, state);
+    let kinetic = kinetic(setting, state);
+    let gravitational = ledger.start_height - height(setting, state);
+    let lost = ledger.contacts.normal_dashpot
+        + ledger.contacts.tangential_dashpot
+        + ledger.contacts.slip
+        + ledger.local_damping;
+    let momentum: Vec3 = state
+        .bodies(setting)
+        .iter()
+        .zip(&setting.model.bodies)
+        .map(|(state, body)| state.velocity * body.mass)
+        .sum();
+    SeriesRow {
+        time: state.step as f64 * setting.step,
+        step: state.step,
+        kinetic,
+        elastic: found.elastic,
+        gravitational,
+        normal_dashpot: ledger.contacts.normal_dashpot,
+        tangential_dashpot: ledger.contacts.tangential_dashpot,
+        slip: ledger.contacts.slip,
+        local_damping: ledger.local_damping,
+        wall_work: ledger.wall_work,
+        energy_error: kinetic + found.elastic + gravitational + lost
+            - ledger.wall_work
+            - ledger.start,
+        contacts: found.contacts,
+        coordination: 2.0 * found.between as f64 / setting.model.bodies.len().max(1) as f64,
+        worst_overlap: found.worst_overlap,
+        momentum: momentum.norm(),
+    }
+}
+
+/// Sphere–sphere contacts after the last force pass, by sphere numbers. Forces
+/// are those of the pass: elastic part from the overlap, the rest from the book.
+pub fn touches(setting: &Setting<'_>, state: &State) -> Vec<Touch> {
+    let mut all = Vec::new();
+    visit(&state.pairs, |slot, other, k| {
+        let (a, b) = (&state.balls[slot], &state.balls[other]);
+        let overlap = a.radius + b.radius - (a.place - b.place).norm();
+        let law = setting.pair(a.material, b.material);
+        let record = state.pairs.book.record(k);
+        let (first, second) = (state.order[slot], state.order[other]);
+        all.push(Touch {
+            first: first.min(second),
+            second: first.max(second),
+            normal: law.kn * overlap + record.lag[0],
+            tangential: law.kt * record.spring.norm(),
+        });
+    });
+    all.sort_unstable_by_key(|touch| (touch.first, touch.second));
+    all
+}

@@ -1,0 +1,191 @@
+//! From one force pass to the next.
+//!
+//! With F_n the loads at x_n, evaluated with the velocities v_{n−1/2}:
+//! - `leapfrog`, `liggghts` (kick–drift–kick, Swope et al. 1982):
+//!   v_n = v_{n−1/2} + Δt/2 F_n/m; v_{n+1/2} = v_n + Δt/2 F_n/m; x_{n+1} = x_n + Δt v_{n+1/2}.
+//! - `yade` (leapfrog): v_{n+1/2} = v_{n−1/2} + Δt F_n/m; x_{n+1} = x_n + Δt v_{n+1/2}.
+//!
+//! Rotation the same with torque and moment of inertia; clumps see [`super::turn`].
+//! Single spheres have no orientation: nothing depends on it.
+//! O(N) a step; cannot fail.
+
+use super::setting::Setting;
+use super::state::State;
+use super::turn;
+use crate::model::Scheme;
+use crate::num::Vec3;
+
+/// Second half kick of kick–drift–kick schemes; nothing for YADE's.
+pub fn finish(setting: &Setting<'_>, state: &mut State) {
+    if setting.scheme == Scheme::Yade {
+        return;
+    }
+    kick_alone(setting, state, 0.5 * setting.step);
+    kick_solids(setting, state, 0.5 * setting.step);
+    for index in 0..state.solids.len() {
+        state.pace_members(setting, index);
+    }
+}
+
+/// Kick and drift to the place of the next force pass. True if some sphere has
+/// moved so far that the lists are no longer valid (or is nowhere).
+pub fn advance(setting: &Setting<'_>, state: &mut State) -> bool {
+    let step = setting.step;
+    match setting.scheme {
+        Scheme::Yade => {
+            kick_alone(setting, state, step);
+            drift_alone(state, step);
+            for index in 0..state.solids.len() {
+                move_as_yade(setting, state, index);
+            }
+        }
+        scheme => {
+            kick_alone(setting, state, 0.5 * step);
+            drift_alone(state, step);
+            kick_solids(setting, state, 0.5 * step);
+            for index in 0..state.solids.len() {
+                drift_solid(setting, state, index, scheme);
+            }
+        }
+    }
+    state.step += 1;
+    outdated(setting, state)
+}
+
+fn kick_alone(setting: &Setting<'_>, state: &mut State, span: f64) {
+    let gravity = setting.gravity;
+    for ((ball, load), light) in state.balls.iter_mut().zip(&state.loads).zip(&state.light) {
+        if ball.alone {
+            ball.velocity += (load.force * light.mass + gravity) * span;
+        }
+    }
+    if setting.needs.friction {
+        for ((spin, load), light) in state.spins.iter_mut().zip(&state.loads).zip(&state.light) {
+            *spin += load.torque * (light.inertia * span);
+        }
+    }
+}
+
+fn drift_alone(state: &mut State, step: f64) {
+    for ball in &mut state.balls {
+        if ball.alone {
+            ball.place += ball.velocity * step;
+        }
+    }
+}
+
+fn kick_solids(setting: &Setting<'_>, state: &mut State, span: f64) {
+    for solid in &mut state.solids {
+        let body = &setting.model.bodies[solid.body as usize];
+        solid.velocity += (solid.load.force / body.mass + setting.gravity) * span;
+        solid.momentum += solid.load.torque * span;
+        solid.spin = turn::spin(&solid.turn, &body.inertia, &solid.momentum);
+    }
+}
+
+fn drift_solid(setting: &Setting<'_>, state: &mut State, index: usize, scheme: Scheme) {
+    let solid = &mut state.solids[index];
+    let inertia = &setting.model.bodies[solid.body as usize].inertia;
+    solid.place += solid.velocity * setting.step;
+    if scheme == Scheme::Liggghts {
+        (solid.turn, solid.spin) =
+            turn::richardson(&solid.turn, inertia, &solid.momentum, setting.step);
+    } else {
+        solid.turn = turn::split(&solid.turn, inertia, &solid.momentum, setting.step);
+        solid.spin = turn::spin(&solid.turn, inertia, &solid.momentum);
+    }
+    state.carry_members(setting, index);
+}
+
+fn move_as_yade(setting: &Setting<'_>, state: &mut State, index: usize) {
+    let step = setting.step;
+    let solid = &mut state.solids[index];
+    let body = &setting.model.bodies[solid.body as usize];
+    solid.velocity += (solid.load.force / body.mass + setting.gravity) * step;
+    solid.place += solid.velocity * step;
+    if setting.planar {
+        // A body with blocked rotations: angular velocity about z, plain rotation vector.
+        let inertia = turn::momentum(&solid.turn, &body.inertia, &Vec3::z()).z;
+        solid.spin.z += step * solid.load.torque.z / inertia;
+        solid.turn = crate::num::Rotation::from_scaled_axis(solid.spin * step) * solid.turn;
+        solid.momentum = Vec3::z() * (inertia * solid.spin.z);
+    } else {
+        (solid.turn, solid.momentum, solid.spin) = turn::yade(
+            &solid.turn,
+            &body.inertia,
+            &solid.momentum,
+            &solid.load.torque,
+            step,
+        );
+    }
+    state.carry_members(setting, index);
+}
+
+/// Whether the candidate lists may miss a contact at the state's time.
+fn outdated(setting: &Setting<'_>, state: &State) -> bool {
+    let time = |step: u64| step as f64 * setting.step;
+    let travel = setting.wall_travel(time(state.built_at), time(state.step));
+    let room = (0.5 * setting.skin).min(setting.skin - travel);
+    if room <= 0.0 {
+        return true;
+    }
+    let square = room * room;
+    // Written so that NaN counts as moved.
+    !state
+        .balls
+        .iter()
+        .zip(&state.built)
+        .all(|(ball, built)| (ball.place - built).norm_squared() <= square)
+}
+
+/// Applies local damping to the loads of the present pass; returns its power, W.
+/// YADE's rule: a ← a (1 − α sign(a (v + a Δt/2))) per axis for velocities and
+/// single spheres' spins, M ← M (1 − α sign(M ω)) for torques on clumps.
+pub fn damp(setting: &Setting<'_>, state: &mut State, first: bool) -> f64 {
+    let alpha = setting.model.local_damping;
+    if alpha == 0.0 {
+        return 0.0;
+    }
+    let half = 0.5 * setting.step;
+    // At the first pass kick–drift–kick velocities stand at the time of the pass.
+    let ahead = if first && setting.scheme != Scheme::Yade { 0.0 } else { half };
+    let brake = |pull: &Vec3, velocity: &Vec3| {
+        pull.zip_map(velocity, |a, v| a * (1.0 - alpha * sign(a * (v + half * a))))
+    };
+    let mut power = 0.0;
+    for slot in 0..state.balls.len() {
+        let (ball, light) = (&state.balls[slot], state.light[slot]);
+        if !ball.alone {
+            continue;
+        }
+        let load = &mut state.loads[slot];
+        let pull = load.force * light.mass + setting.gravity;
+        let slow = brake(&pull, &ball.velocity);
+        let velocity = ball.velocity + slow * ahead;
+        power += (pull - slow).dot(&velocity) / light.mass;
+        load.force += (slow - pull) / light.mass;
+        if setting.needs.friction {
+            let spin = state.spins[slot];
+            let pull = load.torque * light.inertia;
+            let slow = brake(&pull, &spin);
+            power += (pull - slow).dot(&(spin + slow * ahead)) / light.inertia;
+            load.torque = slow / light.inertia;
+        }
+    }
+    for solid in &mut state.solids {
+        let body = &setting.model.bodies[solid.body as usize];
+        let pull = solid.load.force / body.mass + setting.gravity;
+        let slow = brake(&pull, &solid.velocity);
+        power += (pull - slow).dot(&(solid.velocity + slow * ahead)) * body.mass;
+        solid.load.force += (slow - pull) * body.mass;
+        let torque = solid.load.torque;
+        let braked = torque.zip_map(&solid.spin, |m, w| m * (1.0 - alpha * sign(m * w)));
+        power += (torque - braked).dot(&solid.spin);
+        solid.load.torque = braked;
+    }
+    power
+}
+
+fn sign(value: f64) -> f64 {
+    if value == 0.0 { 0.0 } else { value.signum() }
+}

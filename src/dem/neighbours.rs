@@ -1,0 +1,452 @@
+//! Verlet lists: which spheres, planes and triangles a sphere can touch before
+//! the lists are built again.
+//!
+//! Hierarchical grid (Krijgsman, Ogarko & Luding 2014): a sphere lives in the
+//! finest level whose cell is not smaller than its diameter plus the skin;
+//! level l has cells of half the size of level l − 1. Each sphere looks at its
+//! own level and at all coarser ones, so a wide range of sizes costs no more
+//! than a narrow one. Slots are ordered by level (finest first) and cell, so
+//! that neighbours in space are neighbours in memory.
+//!
+//! A pair is listed while its gap is below the skin s; lists are valid while no
+//! sphere moved more than s/2, and no sphere and wall together more than s.
+//! Tangential springs go over to the new lists by the spheres' numbers.
+//! O(N log N) time, O(N) memory. Cannot fail: positions that are not finite
+//! land in some cell and are caught by the guard.
+
+use super::law::{Book, Record};
+use super::setting::Setting;
+use super::state::{Ball, List, State};
+use super::surface;
+use crate::num::Vec3;
+
+/// More levels than any range of sizes needs (2^40).
+const LEVELS: u32 = 40;
+
+/// Builds all lists anew.
+pub fn rebuild(setting: &Setting<'_>, state: &mut State) {
+    let time = state.step as f64 * setting.step;
+    let memory = Memory::of(state);
+    let grid = Grid::new(&state.balls, &state.order, setting.skin);
+    permute(state, &grid);
+    state.pairs = pairs(setting, state, &grid, &memory.pairs);
+    state.planes = planes(setting, state, time, &memory.planes);
+    state.faces = faces(setting, state, time, &memory.faces);
+    state.built = state.balls.iter().map(|ball| ball.place).collect();
+    state.built_at = state.step;
+    state.rebuilds += 1;
+}
+
+/// Touching contacts by the spheres' numbers in the model.
+struct Memory {
+    pairs: Vec<(u64, Record)>,
+    planes: Vec<(u64, Record)>,
+    faces: Vec<(u64, Record)>,
+}
+
+impl Memory {
+    fn of(state: &State) -> Self {
+        let gather = |list: &List, key: &dyn Fn(u32, u32) -> (u64, bool)| {
+            let mut kept = Vec::new();
+            for (slot, number) in state.order.iter().enumerate().take(list.start.len().saturating_sub(1)) {
+                for k in list.start[slot] as usize..list.start[slot + 1] as usize {
+                    if list.book.touching[k] {
+                        let (name, turned) = key(*number, list.partner[k]);
+                        let record = list.book.record(k);
+                        kept.push((name, if turned { record.reversed() } else { record }));
+                    }
+                }
+            }
+            kept.sort_unstable_by_key(|entry| entry.0);
+            kept
+        };
+        Self {
+            pairs: gather(&state.pairs, &|number, slot| name(number, state.order[slot as usize])),
+            planes: gather(&state.planes, &|number, plane| (join(number, plane), false)),
+            faces: gather(&state.faces, &|number, face| (join(number, face), false)),
+        }
+    }
+}
+
+fn join(a: u32, b: u32) -> u64 {
+    u64::from(a) << 32 | u64::from(b)
+}
+
+/// Name of a pair, and whether it was given the other way round.
+fn name(a: u32, b: u32) -> (u64, bool) {
+    if a <= b { (join(a, b), false) } else { (join(b, a), true) }
+}
+
+fn recall(memory: &[(u64, Record)], name: u64) -> Option<Record> {
+    memory.binary_search_by_key(&name, |entry| entry.0).ok().map(|at| memory[at].1)
+}
+
+/// One level of the grid.
+struct Level {
+    low: Vec3,
+    cell: f64,
+    size: [usize; 3],
+    /// First slot of each cell, and one past the last.
+    start: Vec<u32>,
+    /// Largest radius in the level.
+    reach: f64,
+}
+
+/// All levels, and the order of slots that belongs to them.
+struct Grid {
+    levels: Vec<Level>,
+    /// Old slot of each new slot.
+    from: Vec<u32>,
+    /// Level of each new slot.
+    level: Vec<u8>,
+    /// Cell of each new slot.
+    cell: Vec<u32>,
+}
+
+impl Level {
+    fn new(balls: &[Ball], members: &[u32], cell: f64) -> Self {
+        let (mut low, mut high) = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
+        let mut reach = 0.0f64;
+        for member in members {
+            let ball = &balls[*member as usize];
+            if ball.place.iter().all(|x| x.is_finite()) {
+                low = low.inf(&ball.place);
+                high = high.sup(&ball.place);
+            }
+            reach = reach.max(ball.radius);
+        }
+        if !(low.x <= high.x) {
+            (low, high) = (Vec3::zeros(), Vec3::zeros());
+        }
+        let most = 4.0 * members.len() as f64 + 64.0;
+        let mut cell = cell;
+        let count = |cell: f64| -> [f64; 3] {
+            std::array::from_fn(|axis| ((high[axis] - low[axis]) / cell).floor() + 1.0)
+        };
+        while count(cell).iter().product::<f64>() > most {
+            cell *= 1.25;
+        }
+        let size = count(cell).map(|n| n as usize);
+        Self { low, cell, size, start: Vec::new(), reach }
+    }
+
+    fn along(&self, axis: usize, x: f64) -> usize {
+        // Saturating cast: NaN and values below 0 become 0.
+        (((x - self.low[axis]) / self.cell) as usize).min(self.size[axis] - 1)
+    }
+
+    fn cell_of(&self, place: &Vec3) -> u32 {
+        let [x, y, z] = [0, 1, 2].map(|axis| self.along(axis, place[axis]));
+        (x + self.size[0] * (y + self.size[1] * z)) as u32
+    }
+
+    /// Slots in the cells between two corners, as runs of consecutive slots.
+    fn runs(&self, low: &Vec3, high: &Vec3, mut visit: impl FnMut(u32, u32)) {
+        let from: [usize; 3] = std::array::from_fn(|axis| self.along(axis, low[axis]));
+        let to: [usize; 3] = std::array::from_fn(|axis| self.along(axis, high[axis]));
+        for z in from[2]..=to[2] {
+            for y in from[1]..=to[1] {
+                let row = self.size[0] * (y + self.size[1] * z);
+                visit(self.start[row + from[0]], self.start[row + to[0] + 1]);
+            }
+        }
+    }
+}
+
+impl Grid {
+    fn new(balls: &[Ball], order: &[u32], skin: f64) -> Self {
+        let largest = balls.iter().map(|ball| ball.radius).fold(0.0, f64::max);
+        let top = 2.0 * largest + skin;
+        let level_of = |ball: &Ball| {
+            let ratio = (top / (2.0 * ball.radius + skin)).log2().floor();
+            (ratio.max(0.0) as u32).min(LEVELS - 1)
+        };
+        let mut members: Vec<Vec<u32>> = vec![Vec::new(); LEVELS as usize];
+        for (slot, ball) in balls.iter().enumerate() {
+            members[level_of(ball) as usize].push(slot as u32);
+        }
+        let mut grid =
+            Self { levels: Vec::new(), from: Vec::new(), level: Vec::new(), cell: Vec::new() };
+        for depth in (0..LEVELS as usize).rev() {
+            if members[depth].is_empty() {
+                continue;
+            }
+            let cell = top / (1u64 << depth) as f64;
+            grid.add(balls, order, &members[depth], cell);
+        }
+        grid
+    }
+
+    fn add(&mut self, balls: &[Ball], order: &[u32], members: &[u32], cell: f64) {
+        let mut level = Level::new(balls, members, cell);
+        let mut sorted: Vec<(u64, u32)> = members
+            .iter()
+            .map(|slot| {
+                let cell = level.cell_of(&balls[*slot as usize].place);
+                (join(cell, order[*slot as usize]), *slot)
+            })
+            .collect();
+        sorted.sort_unstable();
+        let base = self.from.len() as u32;
+        let cells = level.size.iter().product::<usize>();
+        level.start = vec![0; cells + 1];
+        for (key, _) in &sorted {
+            level.start[(key >> 32) as usize + 1] += 1;
+        }
+        level.start[0] = base;
+        for cell in 0..cells {
+            level.start[cell + 1] += level.start[cell];
+        }
+        let number = self.levels.len() as u8;
+        for (key, slot) in sorted {
+            self.from.push(slot);
+            self.level.push(number);
+            self.cell.push((key >> 32) as u32);
+        }
+        self.levels.push(level);
+    }
+}
+
+/// Puts the arrays of the state in the grid's order.
+fn permute(state: &mut State, grid: &Grid) {
+    fn pick<T: Copy>(values: &mut Vec<T>, from: &[u32]) {
+        if !values.is_empty() {
+            *values = from.iter().map(|slot| values[*slot as usize]).collect();
+        }
+    }
+    pick(&mut state.balls, &grid.from);
+    pick(&mut state.spins, &grid.from);
+    pick(&mut state.loads, &grid.from);
+    pick(&mut state.light, &grid.from);
+    pick(&mut state.order, &grid.from);
+    for (slot, number) in state.order.iter().enumerate() {
+        state.slot[*number as usize] = slot as u32;
+    }
+}
+
+fn pairs(setting: &Setting<'_>, state: &State, grid: &Grid, memory: &[(u64, Record)]) -> List {
+    let balls = &state.balls;
+    let skin = setting.skin;
+    let mut start = Vec::with_capacity(balls.len() + 1);
+    let mut partner = Vec::with_capacity(4 * balls.len());
+    start.push(0);
+    for (slot, ball) in balls.iter().enumerate() {
+        for level in &grid.levels[grid.level[slot] as usize..] {
+            let reach = Vec3::repeat(ball.radius + level.reach + skin);
+            level.runs(&(ball.place - reach), &(ball.place + reach), |from, to| {
+                for other in from.max(slot as u32 + 1)..to {
+                    let there = &balls[other as usize];
+                    let range = ball.radius + there.radius + skin;
+                    let near = (ball.place - there.place).norm_squared() < range * range;
+                    if near && ball.body != there.body {
+                        partner.push(other);
+                    }
+                }
+            });
+        }
+        start.push(partner.len() as u32);
+    }
+    let mut book = Book::open(partner.len(), setting.kept);
+    if !memory.is_empty() {
+        for slot in 0..balls.len() {
+            for k in start[slot] as usize..start[slot + 1] as usize {
+                let (name, turned) =
+                    name(state.order[slot], state.order[partner[k] as usize]);
+                if let Some(record) = recall(memory, name) {
+                    book.restore(k, if turned { record.reversed() } else { record });
+                }
+            }
+        }
+    }
+    List { start, partner, book }
+}
+
+fn planes(setting: &Setting<'_>, state: &State, time: f64, memory: &[(u64, Record)]) -> List {
+    let now = setting.planes_at(time);
+    listed(setting, state, memory, |ball, found| {
+        for (index, plane) in now.iter().enumerate() {
+            let distance = (ball.place - plane.point).dot(&plane.normal).abs();
+            if distance < ball.radius + setting.skin {
+                found.push(index as u32);
+            }
+        }
+    })
+}
+
+fn faces(setting: &Setting<'_>, state: &State, time: f64, memory: &[(u64, Record)]) -> List {
+    let count = setting.surfaces.start.len();
+    if count == 0 {
+        return List { start: vec![0; state.balls.len() + 1], ..List::default() };
+    }
+    let now: Vec<[Vec3; 3]> = (0..count).map(|face| face_at(setting, face, time)).collect();
+    let largest = state.balls.iter().map(|ball| ball.radius).fold(0.0, f64::max);
+    let bins = Bins::new(&now, 2.0 * largest + setting.skin, count + state.balls.len());
+    listed(setting, state, memory, |ball, found| {
+        let range = ball.radius + setting.skin;
+        bins.near(&ball.place, range, found);
+        found.retain(|face| {
+            let (point, _) = surface::closest(&ball.place, &now[*face as usize]);
+            (point - ball.place).norm_squared() < range * range
+        });
+    })
+}
+
+/// Corners of triangle `face` at `time`, s.
+pub fn face_at(setting: &Setting<'_>, face: usize, time: f64) -> [Vec3; 3] {
+    let motion = setting.model.walls[setting.surfaces.wall[face] as usize].motion;
+    setting.surfaces.start[face].map(|corner| motion.place(&corner, time))
+}
+
+/// A list of what `find` finds for each ball, with remembered contacts.
+fn listed(
+    setting: &Setting<'_>,
+    state: &State,
+    memory: &[(u64, Record)],
+    find: impl Fn(&Ball, &mut Vec<u32>),
+) -> List {
+    let mut start = vec![0];
+    let (mut partner, mut found) = (Vec::new(), Vec::new());
+    for ball in &state.balls {
+        found.clear();
+        find(ball, &mut found);
+        partner.extend_from_slice(&found);
+        start.push(partner.len() as u32);
+    }
+    let mut book = Book::open(partner.len(), setting.kept);
+    for (slot, number) in state.order.iter().enumerate() {
+        for k in start[slot] as usize..start[slot + 1] as usize {
+            if let Some(record) = recall(memory, join(*number, partner[k])) {
+                book.restore(k, record);
+            }
+        }
+    }
+    List { start, partner, book }
+}
+
+/// Triangles sorted into cells by their bounding boxes.
+struct Bins {
+    low: Vec3,
+    cell: f64,
+    size: [usize; 3],
+    start: Vec<u32>,
+    faces: Vec<u32>,
+}
+
+impl Bins {
+    fn new(faces: &[[Vec3; 3]], cell: f64, work: usize) -> Self {
+        let corners = || faces.iter().flatten();
+        let low = corners().fold(Vec3::repeat(f64::INFINITY), |low, p| low.inf(p));
+        let high = corners().fold(Vec3::repeat(f64::NEG_INFINITY), |high, p| high.sup(p));
+        let mut bins = Self { low, cell, size: [1; 3], start: Vec::new(), faces: Vec::new() };
+        let most = 4.0 * work as f64 + 64.0;
+        loop {
+            let size: [f64; 3] =
+                std::array::from_fn(|axis| ((high[axis] - low[axis]) / bins.cell).floor() + 1.0);
+            if size.iter().product::<f64>() <= most {
+                bins.size = size.map(|n| n as usize);
+                break;
+            }
+            bins.cell *= 1.25;
+        }
+        let mut entries = Vec::new();
+        for (index, [a, b, c]) in faces.iter().enumerate() {
+            bins.cells(&a.inf(b).inf(c), &a.sup(b).sup(c), |cell| {
+                entries.push((cell as u32, index as u32));
+            });
+        }
+        entries.sort_unstable();
+        bins.start = vec![0; bins.size.iter().product::<usize>() + 1];
+        for (cell, _) in &entries {
+            bins.start[*cell as usize + 1] += 1;
+        }
+        for cell in 1..bins.start.len() {
+            bins.start[cell] += bins.start[cell - 1];
+        }
+        bins.faces = entries.into_iter().map(|entry| entry.1).collect();
+        bins
+    }
+
+    fn cells(&self, low: &Vec3, high: &Vec3, mut visit: impl FnMut(usize)) {
+        let along = |axis: usize, x: f64| {
+            (((x - self.low[axis]) / self.cell) as usize).min(self.size[axis] - 1)
+        };
+        let from: [usize; 3] = std::array::from_fn(|axis| along(axis, low[axis]));
+        let to: [usize; 3] = std::array::from_fn(|axis| along(axis, high[axis]));
+        for z in from[2]..=to[2] {
+            for y in from[1]..=to[1] {
+                for x in from[0]..=to[0] {
+                    visit(x + self.size[0] * (y + self.size[1] * z));
+                }
+            }
+        }
+    }
+
+    /// Triangles whose cells the box of half-width `range` about `place` meets, rising.
+    fn near(&self, place: &Vec3, range: f64, found: &mut Vec<u32>) {
+        let reach = Vec3::repeat(range);
+        self.cells(&(place - reach), &(place + reach), |cell| {
+            let (from, to) = (self.start[cell] as usize, self.start[cell + 1] as usize);
+            found.extend_from_slice(&self.faces[from..to]);
+        });
+        found.sort_unstable();
+        found.dedup();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dem::test_scenes;
+
+    #[test]
+    fn lists_hold_every_near_pair_once_for_wide_sizes() {
+        let model = test_scenes::wide_sizes(400, 30.0);
+        let setting = Setting::new(&model);
+        let mut state = State::new(&setting);
+        rebuild(&setting, &mut state);
+        let mut listed = Vec::new();
+        for slot in 0..state.balls.len() {
+            for k in state.pairs.start[slot]..state.pairs.start[slot + 1] {
+                let other = state.pairs.partner[k as usize];
+                listed.push(name(state.order[slot], state.order[other as usize]).0);
+            }
+        }
+        listed.sort_unstable();
+        let mut expected = Vec::new();
+        for (a, first) in model.spheres.iter().enumerate() {
+            for (b, second) in model.spheres.iter().enumerate().skip(a + 1) {
+                let gap = (model.bodies[a].position - model.bodies[b].position).norm()
+                    - first.radius
+                    - second.radius;
+                if gap < setting.skin {
+                    expected.push(join(a as u32, b as u32));
+                }
+            }
+        }
+        assert!(expected.len() > 20);
+        assert_eq!(listed, expected);
+    }
+
+    #[test]
+    fn rebuilding_keeps_contacts() {
+        let model = test_scenes::wide_sizes(200, 4.0);
+        let setting = Setting::new(&model);
+        let mut state = State::new(&setting);
+        rebuild(&setting, &mut state);
+        for (k, touching) in state.pairs.book.touching.iter_mut().enumerate() {
+            *touching = true;
+            state.pairs.book.spring[k] = Vec3::new(k as f64 + 1.0, 0.5, -1.0);
+        }
+        let named = |state: &State| {
+            let memory = Memory::of(state);
+            memory.pairs.iter().map(|(key, record)| (*key, record.spring)).collect::<Vec<_>>()
+        };
+        let before = named(&state);
+        let shift = Vec3::new(3e-3, -2e-3, 1e-3);
+        for ball in &mut state.balls {
+            ball.place = -(ball.place + shift);
+        }
+        rebuild(&setting, &mut state);
+        assert_eq!(before, named(&state));
+    }
+}

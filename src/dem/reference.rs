@@ -1,0 +1,351 @@
+//! A plain twin of the solver for tests: every pair, plane and triangle is
+//! looked at in every step; no lists, no blocks, no threads, no shared kernels.
+//! Written from the schemes' definitions. O(N²) a step.
+
+use crate::dem::setting::{Setting, wall_spin};
+use crate::dem::surface::{Feature, closest};
+use crate::dem::turn;
+use crate::model::*;
+use crate::num::{Rotation, Vec3};
+use std::collections::BTreeMap;
+
+/// A contact of sphere `.0` with sphere, plane or triangle `.2` of kind `.1`.
+type Key = (usize, u8, usize);
+
+#[derive(Clone, Copy)]
+struct Spring {
+    stretch: Vec3,
+    normal: Vec3,
+}
+
+/// State of the twin.
+pub struct Twin<'a> {
+    setting: Setting<'a>,
+    model: &'a Model,
+    /// States of all bodies, velocities as the scheme stores them.
+    pub states: Vec<BodyState>,
+    momenta: Vec<Vec3>,
+    springs: BTreeMap<Key, Spring>,
+    force: Vec<Vec3>,
+    torque: Vec<Vec3>,
+    steps: u64,
+    single: Vec<bool>,
+}
+
+/// A sphere at one moment.
+struct Grain {
+    place: Vec3,
+    velocity: Vec3,
+    spin: Vec3,
+    radius: f64,
+    body: usize,
+}
+
+/// The other side of a contact.
+struct Other {
+    key: Key,
+    normal: Vec3,
+    overlap: f64,
+    arms: [f64; 2],
+    velocity: Vec3,
+    spin: Vec3,
+    body: Option<usize>,
+    material: u16,
+}
+
+impl<'a> Twin<'a> {
+    /// The twin of a run at time 0, after its first force pass.
+    pub fn new(model: &'a Model) -> Self {
+        let setting = Setting::new(model);
+        let mut states = model.initial_states();
+        if model.plan.scheme == Scheme::Yade {
+            for state in &mut states {
+                state.velocity -= setting.gravity * (0.5 * model.plan.step);
+            }
+        }
+        let momenta = states
+            .iter()
+            .zip(&model.bodies)
+            .map(|(s, b)| turn::momentum(&s.orientation, &b.inertia, &s.spin))
+            .collect();
+        let single = model
+            .bodies
+            .iter()
+            .enumerate()
+            .map(|(i, b)| b.sphere_count == 1 && model.spheres_of(i)[0].offset == Vec3::zeros())
+            .collect();
+        let count = model.bodies.len();
+        let mut twin = Self {
+            setting,
+            model,
+            states,
+            momenta,
+            springs: BTreeMap::new(),
+            force: vec![Vec3::zeros(); count],
+            torque: vec![Vec3::zeros(); count],
+            steps: 0,
+            single,
+        };
+        let advances = model.plan.scheme == Scheme::Yade;
+        twin.forces(if advances { model.plan.step } else { 0.0 });
+        twin
+    }
+
+    /// One step: from one force pass to after the next.
+    pub fn step(&mut self) {
+        let h = self.model.plan.step;
+        let scheme = self.model.plan.scheme;
+        let kick = if scheme == Scheme::Yade { h } else { 0.5 * h };
+        for body in 0..self.states.len() {
+            self.push(body, kick);
+            let velocity = self.states[body].velocity;
+            self.states[body].position += velocity * h;
+            self.turn(body, h);
+        }
+        self.steps += 1;
+        self.forces(h);
+        if scheme != Scheme::Yade {
+            for body in 0..self.states.len() {
+                self.push(body, kick);
+                if self.single[body] {
+                    self.twist(body, kick);
+                } else {
+                    self.momenta[body] += self.torque[body] * kick;
+                    self.follow(body);
+                }
+            }
+        }
+    }
+
+    fn push(&mut self, body: usize, span: f64) {
+        let mass = self.model.bodies[body].mass;
+        self.states[body].velocity += (self.force[body] / mass + self.setting.gravity) * span;
+    }
+
+    fn twist(&mut self, body: usize, span: f64) {
+        self.states[body].spin += self.torque[body] / self.model.bodies[body].inertia.z * span;
+    }
+
+    /// Spin from angular momentum.
+    fn follow(&mut self, body: usize) {
+        let inertia = &self.model.bodies[body].inertia;
+        let state = &mut self.states[body];
+        state.spin = turn::spin(&state.orientation, inertia, &self.momenta[body]);
+    }
+
+    fn turn(&mut self, body: usize, h: f64) {
+        let scheme = self.model.plan.scheme;
+        if self.single[body] {
+            self.twist(body, if scheme == Scheme::Yade { h } else { 0.5 * h });
+            return;
+        }
+        let inertia = self.model.bodies[body].inertia;
+        let from = self.states[body].orientation;
+        match scheme {
+            Scheme::Yade if self.setting.planar => {
+                let moment = turn::momentum(&from, &inertia, &Vec3::z()).z;
+                let state = &mut self.states[body];
+                state.spin.z += h * self.torque[body].z / moment;
+                state.orientation = Rotation::from_scaled_axis(state.spin * h) * from;
+            }
+            Scheme::Yade => {
+                let (to, momentum, spin) =
+                    turn::yade(&from, &inertia, &self.momenta[body], &self.torque[body], h);
+                self.momenta[body] = momentum;
+                (self.states[body].orientation, self.states[body].spin) = (to, spin);
+            }
+            Scheme::Liggghts => {
+                self.momenta[body] += self.torque[body] * (0.5 * h);
+                let (to, spin) = turn::richardson(&from, &inertia, &self.momenta[body], h);
+                (self.states[body].orientation, self.states[body].spin) = (to, spin);
+            }
+            Scheme::Leapfrog => {
+                self.momenta[body] += self.torque[body] * (0.5 * h);
+                self.states[body].orientation = turn::split(&from, &inertia, &self.momenta[body], h);
+                self.follow(body);
+            }
+        }
+    }
+
+    fn grain(&self, sphere: usize) -> Grain {
+        let shape = &self.model.spheres[sphere];
+        let state = &self.states[shape.body as usize];
+        let arm = state.orientation * shape.offset;
+        Grain {
+            place: state.position + arm,
+            velocity: state.velocity + state.spin.cross(&arm),
+            spin: state.spin,
+            radius: shape.radius,
+            body: shape.body as usize,
+        }
+    }
+
+    fn forces(&mut self, advance: f64) {
+        self.force.fill(Vec3::zeros());
+        self.torque.fill(Vec3::zeros());
+        let grains: Vec<Grain> = (0..self.model.spheres.len()).map(|s| self.grain(s)).collect();
+        let old = std::mem::take(&mut self.springs);
+        for (index, grain) in grains.iter().enumerate() {
+            let mut others = Vec::new();
+            self.spheres_at(index, &grains, &mut others);
+            self.planes_at(index, grain, &mut others);
+            self.faces_at(index, grain, &mut others);
+            for other in others {
+                let spring = self.inherited(&old, &other.key);
+                self.touch(grain, &grains, other, spring, advance);
+            }
+        }
+        if self.setting.planar {
+            for (force, torque) in self.force.iter_mut().zip(&mut self.torque) {
+                force.z = 0.0;
+                (torque.x, torque.y) = (0.0, 0.0);
+            }
+        }
+    }
+
+    fn inherited(&self, old: &BTreeMap<Key, Spring>, key: &Key) -> Option<Spring> {
+        if let Some(spring) = old.get(key) {
+            return Some(*spring);
+        }
+        (key.1 == 2).then_some(())?;
+        old.range((key.0, 2, 0)..(key.0, 3, 0))
+            .find(|(name, _)| self.setting.surfaces.coplanar(key.2 as u32, name.2 as u32))
+            .map(|(_, spring)| *spring)
+    }
+
+    fn spheres_at(&self, index: usize, grains: &[Grain], others: &mut Vec<Other>) {
+        let grain = &grains[index];
+        for (there, other) in grains.iter().enumerate().skip(index + 1) {
+            let between = grain.place - other.place;
+            let overlap = grain.radius + other.radius - between.norm();
+            if other.body == grain.body || overlap <= 0.0 {
+                continue;
+            }
+            others.push(Other {
+                key: (index, 0, there),
+                normal: between.normalize(),
+                overlap,
+                arms: [grain.radius - 0.5 * overlap, other.radius - 0.5 * overlap],
+                velocity: other.velocity,
+                spin: other.spin,
+                body: Some(other.body),
+                material: self.model.bodies[other.body].material,
+            });
+        }
+    }
+
+    fn planes_at(&self, index: usize, grain: &Grain, others: &mut Vec<Other>) {
+        let time = self.steps as f64 * self.model.plan.step;
+        for (number, plane) in self.setting.planes_at(time).iter().enumerate() {
+            let height = (grain.place - plane.point).dot(&plane.normal);
+            let overlap = grain.radius - height.abs();
+            if overlap < 0.0 {
+                continue;
+            }
+            let part = if plane.full_arm { 1.0 } else { 0.5 };
+            others.push(Other {
+                key: (index, 1, number),
+                normal: plane.normal * height.signum(),
+                overlap,
+                arms: [grain.radius - part * overlap, 0.0],
+                velocity: plane.motion.velocity(&(grain.place - plane.normal * height)),
+                spin: wall_spin(&plane.motion),
+                body: None,
+                material: plane.material,
+            });
+        }
+    }
+
+    fn faces_at(&self, index: usize, grain: &Grain, others: &mut Vec<Other>) {
+        let time = self.steps as f64 * self.model.plan.step;
+        let surfaces = &self.setting.surfaces;
+        let mut met: Vec<u32> = Vec::new();
+        for face in 0..surfaces.start.len() {
+            let wall = &self.model.walls[surfaces.wall[face] as usize];
+            let corners = surfaces.start[face].map(|p| wall.motion.place(&p, time));
+            let (point, feature) = closest(&grain.place, &corners);
+            let away = grain.place - point;
+            let again = feature == Feature::Face
+                && met.iter().any(|other| surfaces.coplanar(face as u32, *other));
+            if away.norm() > grain.radius || !surfaces.acts(face, feature) || again {
+                continue;
+            }
+            met.push(face as u32);
+            let overlap = grain.radius - away.norm();
+            others.push(Other {
+                key: (index, 2, face),
+                normal: away.normalize(),
+                overlap,
+                arms: [grain.radius - 0.5 * overlap, 0.0],
+                velocity: wall.motion.velocity(&point),
+                spin: wall_spin(&wall.motion),
+                body: None,
+                material: wall.material,
+            });
+        }
+    }
+
+    fn touch(&mut self, grain: &Grain, grains: &[Grain], other: Other, old: Option<Spring>, advance: f64) {
+        let law = self.model.plan.law;
+        let pair = self.model.contacts.between(self.model.bodies[grain.body].material, other.material);
+        let n = other.normal;
+        let mine = grain.velocity + grain.spin.cross(&(n * -other.arms[0]));
+        let theirs = other.velocity
+            + if other.body.is_some() { other.spin.cross(&(n * other.arms[1])) } else { Vec3::zeros() };
+        let relative = mine - theirs;
+        let normal_part = relative.dot(&n);
+        let slide = relative - n * normal_part;
+        let mut normal = pair.kn * other.overlap - pair.cn * normal_part;
+        if !law.tension {
+            normal = normal.max(0.0);
+        }
+        let mut stretch = old.map_or(Vec3::zeros(), |spring| {
+            let s = spring.stretch;
+            match law.history {
+                History::Projected => s,
+                History::Rescaled => {
+                    let flat = s - n * s.dot(&n);
+                    if flat.norm() > 0.0 { flat * (s.norm() / flat.norm()) } else { flat }
+                }
+                History::Rotated => {
+                    let a = s - s.cross(&spring.normal.cross(&n));
+                    let twist = 0.5 * advance * spring.normal.dot(&(grain.spin + other.spin));
+                    a - a.cross(&(spring.normal * twist))
+                }
+            }
+        });
+        stretch += slide * advance;
+        if law.history == History::Projected {
+            stretch -= n * stretch.dot(&n);
+        }
+        let limit = pair.friction * normal.abs();
+        let tangent = match law.coulomb {
+            Coulomb::SpringThenDashpot if pair.kt * stretch.norm() > limit => {
+                stretch *= limit / (pair.kt * stretch.norm());
+                stretch * -pair.kt
+            }
+            Coulomb::SpringThenDashpot => stretch * -pair.kt - slide * pair.ct,
+            Coulomb::Sum => {
+                let pull = stretch * pair.kt + slide * pair.ct;
+                let size = pull.norm();
+                if size > limit {
+                    stretch = (pull * (limit / size) - slide * pair.ct) / pair.kt;
+                    pull * (-limit / size)
+                } else {
+                    -pull
+                }
+            }
+        };
+        self.springs.insert(other.key, Spring { stretch, normal: n });
+        let force = n * normal + tangent;
+        let (body, second) = (grain.body, other.body);
+        self.force[body] += force;
+        let lever = grain.place - n * other.arms[0] - self.states[body].position;
+        self.torque[body] += lever.cross(&force);
+        if let Some(second) = second {
+            let point = grains[other.key.2].place + n * other.arms[1];
+            self.force[second] -= force;
+            self.torque[second] -= (point - self.states[second].position).cross(&force);
+        }
+    }
+}

@@ -1,0 +1,157 @@
+//! What does not change during a run, laid out for the kernels.
+
+use super::law::Kept;
+use super::surface::Surfaces;
+use crate::model::{Arm, Contact, Dimension, History, Law, Model, Motion, Needs, Scheme, WallShape};
+use crate::num::{Rotation, Vec3};
+
+/// Fixed data of a run.
+pub struct Setting<'a> {
+    /// The model.
+    pub model: &'a Model,
+    /// What the scene needs.
+    pub needs: Needs,
+    /// Scheme.
+    pub scheme: Scheme,
+    /// Law variant.
+    pub law: Law,
+    /// Two dimensions.
+    pub planar: bool,
+    /// Acceleration of gravity, within the plane in two dimensions, m/s².
+    pub gravity: Vec3,
+    /// Time step, s.
+    pub step: f64,
+    /// Distance added to the range of candidate lists, m.
+    pub skin: f64,
+    /// Arrays that contacts keep.
+    pub kept: Kept,
+    /// Mesh walls.
+    pub surfaces: Surfaces,
+    /// Indices of plane walls in `model.walls`.
+    pub planes: Vec<u16>,
+    table: Vec<Contact>,
+    materials: usize,
+}
+
+/// A plane wall at one time.
+#[derive(Debug, Clone, Copy)]
+pub struct PlaneNow {
+    /// A point on it, m.
+    pub point: Vec3,
+    /// Unit normal.
+    pub normal: Vec3,
+    /// Motion of its material.
+    pub motion: Motion,
+    /// Index into the materials.
+    pub material: u16,
+    /// Whether spheres touch it with the full lever arm R − δ.
+    pub full_arm: bool,
+}
+
+impl<'a> Setting<'a> {
+    /// Reads a model.
+    pub fn new(model: &'a Model) -> Self {
+        let needs = model.needs();
+        let plan = &model.plan;
+        let materials = model.contacts.size();
+        let size = materials as u16;
+        let table = (0..size)
+            .flat_map(|a| (0..size).map(move |b| (a, b)))
+            .map(|(a, b)| *model.contacts.between(a, b))
+            .collect();
+        let planes = (0..model.walls.len() as u16)
+            .filter(|w| matches!(model.walls[*w as usize].shape, WallShape::Plane { .. }))
+            .collect();
+        Self {
+            model,
+            needs,
+            scheme: plan.scheme,
+            law: plan.law,
+            planar: model.dimension == Dimension::Two,
+            gravity: match model.dimension {
+                Dimension::Two => Vec3::new(model.gravity.x, model.gravity.y, 0.0),
+                Dimension::Three => model.gravity,
+            },
+            step: plan.step,
+            skin: skin(model),
+            kept: Kept {
+                friction: needs.friction,
+                damping: needs.normal_damping || needs.tangential_damping,
+                normals: plan.law.history == History::Rotated,
+            },
+            surfaces: Surfaces::new(model),
+            planes,
+            table,
+            materials,
+        }
+    }
+
+    /// Parameters between two materials.
+    #[inline(always)]
+    pub fn pair(&self, a: u16, b: u16) -> &Contact {
+        &self.table[a as usize * self.materials + b as usize]
+    }
+
+    /// Plane number `index` of [`Setting::planes`] at `time`, s.
+    pub fn plane(&self, index: usize, time: f64) -> PlaneNow {
+        let wall = &self.model.walls[self.planes[index] as usize];
+        let WallShape::Plane { point, normal } = &wall.shape else {
+            unreachable!("`planes` lists plane walls only")
+        };
+        let turned = match wall.motion {
+            Motion::Rotate { axis, rate, .. } => {
+                Rotation::from_scaled_axis(axis * (rate * time)) * normal
+            }
+            _ => *normal,
+        };
+        PlaneNow {
+            point: wall.motion.place(point, time),
+            normal: turned,
+            motion: wall.motion,
+            material: wall.material,
+            full_arm: self.law.plane_arm == Arm::Full && wall.shape.axis_plane().is_some(),
+        }
+    }
+
+    /// All planes at `time`, s.
+    pub fn planes_at(&self, time: f64) -> Vec<PlaneNow> {
+        (0..self.planes.len()).map(|index| self.plane(index, time)).collect()
+    }
+
+    /// Farthest that any wall material near the domain moves between two times, m.
+    pub fn wall_travel(&self, from: f64, to: f64) -> f64 {
+        let domain = &self.model.domain;
+        let span = (to - from).abs();
+        let travel = |motion: &Motion| match motion {
+            Motion::Still => 0.0,
+            Motion::Translate { velocity } => velocity.norm() * span,
+            Motion::Rotate { origin, axis, rate } => {
+                let reach = (0..8)
+                    .map(|corner| {
+                        let pick = |axis: usize| {
+                            if corner >> axis & 1 == 0 { domain.low[axis] } else { domain.high[axis] }
+                        };
+                        let arm = Vec3::new(pick(0), pick(1), pick(2)) - origin;
+                        arm.cross(axis).norm()
+                    })
+                    .fold(0.0, f64::max);
+                rate.abs() * span * reach
+            }
+        };
+        self.model.walls.iter().map(|wall| travel(&wall.motion)).fold(0.0, f64::max)
+    }
+}
+
+/// Angular velocity of a wall, rad/s.
+pub fn wall_spin(motion: &Motion) -> Vec3 {
+    match motion {
+        Motion::Rotate { axis, rate, .. } => axis * *rate,
+        _ => Vec3::zeros(),
+    }
+}
+
+/// 0.15 of the median radius: flat optimum for beds (0.1) and flows (0.2).
+fn skin(model: &Model) -> f64 {
+    let radii: Vec<f64> = model.spheres.iter().map(|sphere| sphere.radius).collect();
+    0.15 * crate::num::statistics::median(&radii).unwrap_or(0.0)
+}

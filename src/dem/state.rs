@@ -1,0 +1,279 @@
+//! What changes during a run: bodies, spheres in memory order, candidate lists.
+
+use super::law::Book;
+use super::ledger::Ledger;
+use super::setting::Setting;
+use super::turn;
+use crate::model::{BodyState, Frame, Scheme};
+use crate::num::{Rotation, Vec3};
+use serde::{Deserialize, Serialize};
+
+/// What pair forces need of a sphere: one cache line.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[repr(align(64))]
+pub struct Ball {
+    /// Centre, m.
+    pub place: Vec3,
+    /// Radius, m.
+    pub radius: f64,
+    /// Velocity, m/s.
+    pub velocity: Vec3,
+    /// Index of the body.
+    pub body: u32,
+    /// Index of the material.
+    pub material: u16,
+    /// True if the ball is a body by itself.
+    pub alone: bool,
+}
+
+/// Contact force and torque about the centre of a sphere.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Load {
+    /// Force, N.
+    pub force: Vec3,
+    /// Torque, N m.
+    pub torque: Vec3,
+}
+
+/// Inverse mass properties of a ball that is a body by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Lightness {
+    /// 1/m, 1/kg.
+    pub mass: f64,
+    /// 1/I, 1/(kg m²).
+    pub inertia: f64,
+}
+
+/// A body of several spheres, or with mass properties of its own.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Solid {
+    /// Index into `Model::bodies`.
+    pub body: u32,
+    /// Centre of mass, m.
+    pub place: Vec3,
+    /// Velocity, m/s.
+    pub velocity: Vec3,
+    /// Orientation, body frame to world.
+    pub turn: Rotation,
+    /// Angular momentum, kg m²/s.
+    pub momentum: Vec3,
+    /// Angular velocity, rad/s.
+    pub spin: Vec3,
+    /// Force and torque about the centre of mass.
+    pub load: Load,
+}
+
+/// Candidates of every sphere: partners of sphere `i` are entries
+/// `start[i]..start[i + 1]`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct List {
+    /// Where the entries of each sphere begin.
+    pub start: Vec<u32>,
+    /// Sphere slot, plane number or triangle number.
+    pub partner: Vec<u32>,
+    /// What the contacts remember.
+    pub book: Book,
+}
+
+/// Everything that a run needs to go on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// Steps done.
+    pub step: u64,
+    /// Balls in memory order.
+    pub balls: Vec<Ball>,
+    /// Angular velocities of the balls; empty if nothing turns.
+    pub spins: Vec<Vec3>,
+    /// Contact loads on the balls.
+    pub loads: Vec<Load>,
+    /// Inverse mass properties of the balls.
+    pub light: Vec<Lightness>,
+    /// Index into `Model::spheres` of each slot.
+    pub order: Vec<u32>,
+    /// Slot of each sphere of the model.
+    pub slot: Vec<u32>,
+    /// Clumps.
+    pub solids: Vec<Solid>,
+    /// Sphere–sphere candidates.
+    pub pairs: List,
+    /// Sphere–plane candidates.
+    pub planes: List,
+    /// Sphere–triangle candidates.
+    pub faces: List,
+    /// Centres when the lists were built, m.
+    pub built: Vec<Vec3>,
+    /// Step at which the lists were built.
+    pub built_at: u64,
+    /// Times the lists were built.
+    pub rebuilds: u64,
+    /// Energy book-keeping.
+    pub ledger: Ledger,
+}
+
+impl State {
+    /// The state at time 0 with no lists yet.
+    pub fn new(setting: &Setting<'_>) -> Self {
+        let model = setting.model;
+        let count = model.spheres.len();
+        let mut state = Self {
+            step: 0,
+            balls: Vec::with_capacity(count),
+            spins: Vec::new(),
+            loads: vec![Load::default(); count],
+            light: Vec::with_capacity(count),
+            order: (0..count as u32).collect(),
+            slot: (0..count as u32).collect(),
+            solids: Vec::new(),
+            pairs: List::default(),
+            planes: List::default(),
+            faces: List::default(),
+            built: Vec::new(),
+            built_at: 0,
+            rebuilds: 0,
+            ledger: Ledger::default(),
+        };
+        // YADE stores velocities half a step early.
+        let early = match setting.scheme {
+            Scheme::Yade => setting.gravity * (-0.5 * setting.step),
+            _ => Vec3::zeros(),
+        };
+        for (index, body) in model.bodies.iter().enumerate() {
+            let alone = is_alone(setting, index);
+            for sphere in model.spheres_of(index) {
+                state.balls.push(Ball {
+                    place: body.position + body.orientation * sphere.offset,
+                    radius: sphere.radius,
+                    velocity: body.velocity + early,
+                    body: index as u32,
+                    material: body.material,
+                    alone,
+                });
+                state.light.push(Lightness {
+                    mass: if alone { 1.0 / body.mass } else { 0.0 },
+                    inertia: if alone { 1.0 / body.inertia.z } else { 0.0 },
+                });
+                if setting.needs.rotation {
+                    state.spins.push(body.spin);
+                }
+            }
+            if !alone {
+                state.solids.push(Solid {
+                    body: index as u32,
+                    place: body.position,
+                    velocity: body.velocity + early,
+                    turn: body.orientation,
+                    momentum: turn::momentum(&body.orientation, &body.inertia, &body.spin),
+                    spin: body.spin,
+                    load: Load::default(),
+                });
+            }
+        }
+        for index in 0..state.solids.len() {
+            state.carry_members(setting, index);
+        }
+        state
+    }
+
+    /// Moves the balls of a solid with it.
+    pub fn carry_members(&mut self, setting: &Setting<'_>, index: usize) {
+        let solid = &self.solids[index];
+        let body = &setting.model.bodies[solid.body as usize];
+        for sphere in body.first_sphere..body.first_sphere + body.sphere_count {
+            let arm = solid.turn * setting.model.spheres[sphere as usize].offset;
+            let slot = self.slot[sphere as usize] as usize;
+            let ball = &mut self.balls[slot];
+            ball.place = solid.place + arm;
+            ball.velocity = solid.velocity + solid.spin.cross(&arm);
+            if let Some(spin) = self.spins.get_mut(slot) {
+                *spin = solid.spin;
+            }
+        }
+    }
+
+    /// Gives the balls of a solid its velocity.
+    pub fn pace_members(&mut self, setting: &Setting<'_>, index: usize) {
+        let solid = &self.solids[index];
+        let body = &setting.model.bodies[solid.body as usize];
+        for sphere in body.first_sphere..body.first_sphere + body.sphere_count {
+            let slot = self.slot[sphere as usize] as usize;
+            let ball = &mut self.balls[slot];
+            ball.velocity = solid.velocity + solid.spin.cross(&(ball.place - solid.place));
+            if let Some(spin) = self.spins.get_mut(slot) {
+                *spin = solid.spin;
+            }
+        }
+    }
+
+    /// Sums the loads of the balls of every solid about its centre of mass.
+    pub fn gather_solids(&mut self, setting: &Setting<'_>) {
+        for solid in &mut self.solids {
+            let body = &setting.model.bodies[solid.body as usize];
+            let mut sum = Load::default();
+            for sphere in body.first_sphere..body.first_sphere + body.sphere_count {
+                let slot = self.slot[sphere as usize] as usize;
+                let (ball, load) = (&self.balls[slot], &self.loads[slot]);
+                sum.force += load.force;
+                sum.torque += load.torque + (ball.place - solid.place).cross(&load.force);
+            }
+            solid.load = sum;
+        }
+    }
+
+    /// State of every body, in the model's order.
+    pub fn bodies(&self, setting: &Setting<'_>) -> Vec<BodyState> {
+        let model = setting.model;
+        let mut states = model.initial_states();
+        for (index, body) in model.bodies.iter().enumerate() {
+            let slot = self.slot[body.first_sphere as usize] as usize;
+            let ball = &self.balls[slot];
+            if ball.alone {
+                states[index].position = ball.place;
+                states[index].velocity = ball.velocity;
+                states[index].spin = self.spins.get(slot).copied().unwrap_or_default();
+            }
+        }
+        for solid in &self.solids {
+            states[solid.body as usize] = BodyState {
+                position: solid.place,
+                orientation: solid.turn,
+                velocity: solid.velocity,
+                spin: solid.spin,
+            };
+        }
+        states
+    }
+
+    /// A snapshot in the model's order.
+    pub fn frame(&self, setting: &Setting<'_>) -> Frame {
+        let model = setting.model;
+        let slots = || self.slot.iter().map(|slot| *slot as usize);
+        Frame {
+            step: self.step,
+            time: self.step as f64 * setting.step,
+            centres: slots().map(|s| self.balls[s].place).collect(),
+            velocities: slots().map(|s| self.balls[s].velocity).collect(),
+            spins: slots().map(|s| self.spins.get(s).copied().unwrap_or_default()).collect(),
+            forces: slots()
+                .map(|s| {
+                    let ball = &self.balls[s];
+                    let weight = if ball.alone {
+                        setting.gravity * model.bodies[ball.body as usize].mass
+                    } else {
+                        Vec3::zeros()
+                    };
+                    self.loads[s].force + weight
+                })
+                .collect(),
+            bodies: self.bodies(setting),
+        }
+    }
+}
+
+/// True for a body that is one sphere about its own centre with the same moment about every axis.
+pub fn is_alone(setting: &Setting<'_>, index: usize) -> bool {
+    let body = &setting.model.bodies[index];
+    let sphere = &setting.model.spheres[body.first_sphere as usize];
+    let round = setting.planar
+        || (body.inertia.x == body.inertia.y && body.inertia.y == body.inertia.z);
+    body.sphere_count == 1 && sphere.offset == Vec3::zeros() && round
+}

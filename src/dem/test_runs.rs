@@ -1,0 +1,274 @@
+//! Runs as a whole: the plain twin, threads, checkpoints, guard.
+
+use super::reference::Twin;
+use super::test_scenes::*;
+use super::*;
+use crate::model::*;
+use crate::num::Vec3;
+
+const SCHEMES: [Scheme; 3] = [Scheme::Leapfrog, Scheme::Liggghts, Scheme::Yade];
+
+/// Largest difference of positions [radii] and velocities [m/s] between a run and its twin.
+fn against_twin(mut model: Model, steps: u64) -> f64 {
+    model.plan.steps = steps;
+    let run = run(&model, &Job::quiet()).expect("a usable model");
+    assert_eq!(run.outcome, Outcome::Finished);
+    let mut twin = Twin::new(&model);
+    for _ in 0..steps {
+        twin.step();
+    }
+    let last = run.frames.last().expect("frames");
+    assert!(run.series.last().expect("rows").contacts > 0);
+    last.bodies
+        .iter()
+        .zip(&twin.states)
+        .map(|(a, b)| {
+            let turned = a.orientation.angle_to(&b.orientation);
+            ((a.position - b.position).norm() / RADIUS)
+                .max((a.velocity - b.velocity).norm())
+                .max((a.spin - b.spin).norm() * RADIUS)
+                .max(turned)
+        })
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn spheres_and_planes_follow_the_twin() {
+    for scheme in SCHEMES {
+        let difference = against_twin(mixed(scheme, Dimension::Three, false, false, 1), 300);
+        assert!(difference < 1e-12, "{scheme:?} {difference}");
+    }
+}
+
+#[test]
+fn clumps_and_meshes_follow_the_twin() {
+    for scheme in SCHEMES {
+        let difference = against_twin(mixed(scheme, Dimension::Three, true, true, 2), 150);
+        assert!(difference < 1e-12, "{scheme:?} {difference}");
+    }
+}
+
+#[test]
+fn discs_follow_the_twin() {
+    for scheme in SCHEMES {
+        for clumps in [false, true] {
+            let difference = against_twin(mixed(scheme, Dimension::Two, clumps, false, 3), 400);
+            assert!(difference < 1e-12, "{scheme:?} {clumps} {difference}");
+        }
+    }
+}
+
+#[test]
+fn law_variants_follow_the_twin() {
+    for tension in [true, false] {
+        for coulomb in [Coulomb::Sum, Coulomb::SpringThenDashpot] {
+            for history in [History::Projected, History::Rescaled, History::Rotated] {
+                let mut model = mixed(Scheme::Leapfrog, Dimension::Three, false, true, 4);
+                model.plan.law = Law { tension, coulomb, history, plane_arm: Arm::Full };
+                let difference = against_twin(model, 150);
+                assert!(difference < 1e-12, "{tension} {coulomb:?} {history:?} {difference}");
+            }
+        }
+    }
+}
+
+#[test]
+fn scenes_without_friction_or_damping_follow_the_twin() {
+    for (cn, friction) in [(0.0, 0.0), (5.0, 0.0), (0.0, 0.5)] {
+        let mut model = mixed(Scheme::Liggghts, Dimension::Three, false, false, 5);
+        model.contacts = ContactTable::uniform(1, contact(0.3 * KN, cn, 0.0, friction));
+        let needs = model.needs();
+        assert_eq!((needs.friction, needs.normal_damping), (friction > 0.0, cn > 0.0));
+        assert!(against_twin(model, 300) < 1e-12);
+    }
+}
+
+/// A box of loose spheres, enough for several threads.
+fn crowd(scheme: Scheme) -> Model {
+    let mut model = empty(scheme, contact(0.3 * KN, 6.0, 1.0, 0.4));
+    model.gravity = Vec3::z() * -9.81;
+    model.plan.step = 2e-5;
+    let mut source = crate::num::random::stream(8, "crowd", 0);
+    for i in 0..2400u32 {
+        let cell = Vec3::new(f64::from(i % 14), f64::from(i / 14 % 14), f64::from(i / 196));
+        let jitter = Vec3::from_fn(|_, _| crate::num::random::uniform(&mut source, -0.02, 0.02));
+        let centre = (cell * 2.0 + Vec3::repeat(1.0) + jitter) * RADIUS;
+        let velocity = jitter * 10.0;
+        add_sphere(&mut model, centre, RADIUS, velocity, velocity * 100.0);
+    }
+    add_plane(&mut model, Vec3::zeros(), Vec3::z(), Motion::Still);
+    add_sheet(&mut model, 6, 0.4, 0.001, 0.0, Motion::Translate { velocity: Vec3::z() * 0.1 });
+    model
+}
+
+#[test]
+fn threads_change_no_bit() {
+    let mut model = crowd(Scheme::Leapfrog);
+    model.plan.steps = 30;
+    model.plan.series_every = 10;
+    let runs = [1, 2, 3].map(|threads| {
+        run(&model, &Job::quiet().with_threads(threads)).expect("a usable model")
+    });
+    assert!(runs[0].series[3].contacts > 3000);
+    for other in &runs[1..] {
+        assert_eq!(runs[0].frames, other.frames);
+        assert_eq!(runs[0].series, other.series);
+        assert_eq!(runs[0].touches, other.touches);
+    }
+}
+
+#[derive(Default)]
+struct Log {
+    frames: Vec<Frame>,
+    rows: Vec<SeriesRow>,
+    checkpoints: Vec<Vec<u8>>,
+}
+
+impl Observer for Log {
+    fn frame(&mut self, frame: &Frame) {
+        self.frames.push(frame.clone());
+    }
+    fn row(&mut self, row: &SeriesRow) {
+        self.rows.push(*row);
+    }
+    fn checkpoint(&mut self, bytes: &[u8]) {
+        self.checkpoints.push(bytes.to_vec());
+    }
+}
+
+#[test]
+fn resuming_changes_no_bit() {
+    for scheme in SCHEMES {
+        let mut model = mixed(scheme, Dimension::Three, true, true, 6);
+        model.local_damping = 0.1;
+        let plan = &mut model.plan;
+        (plan.steps, plan.frame_every, plan.series_every) = (300, 50, 50);
+        plan.checkpoint_every = 130;
+        let mut whole = Log::default();
+        let end = simulate(&model, None, &Job::quiet(), &mut whole).expect("usable");
+        assert_eq!(whole.checkpoints.len(), 2);
+        let mut part = Log::default();
+        let resumed = simulate(&model, Some(&whole.checkpoints[0]), &Job::quiet(), &mut part)
+            .expect("a good checkpoint");
+        assert_eq!(whole.frames[3..], part.frames[..]);
+        assert_eq!(whole.rows[3..], part.rows[..]);
+        assert_eq!(whole.checkpoints[1], part.checkpoints[0]);
+        assert_eq!(end.touches, resumed.touches);
+    }
+}
+
+#[test]
+fn checkpoint_of_another_scene_is_refused() {
+    let mut model = mixed(Scheme::Yade, Dimension::Three, false, false, 6);
+    (model.plan.steps, model.plan.checkpoint_every) = (10, 10);
+    let mut log = Log::default();
+    simulate(&model, None, &Job::quiet(), &mut log).expect("usable");
+    let bytes = &log.checkpoints[0];
+    model.plan.step *= 0.5;
+    let mut refused = |bytes: &[u8]| {
+        matches!(
+            simulate(&model, Some(bytes), &Job::quiet(), &mut log_nothing()),
+            Err(DemError::Checkpoint(_))
+        )
+    };
+    assert!(refused(bytes));
+    assert!(refused(&bytes[..bytes.len() / 2]));
+    assert!(refused(&[]));
+}
+
+fn log_nothing() -> Log {
+    Log::default()
+}
+
+#[test]
+fn too_large_a_step_is_refused_unless_insisted_on() {
+    let mut model = mixed(Scheme::Leapfrog, Dimension::Three, false, false, 1);
+    let advice = advise(&model);
+    assert!(advice.step < advice.limit, "{advice:?}");
+    model.plan.step = advice.limit * 1.01;
+    model.plan.steps = 3;
+    let refused = run(&model, &Job::quiet());
+    assert!(matches!(refused, Err(DemError::StepTooLarge { .. })), "{refused:?}");
+    model.plan.insist = true;
+    assert!(run(&model, &Job::quiet()).is_ok());
+}
+
+fn stopped(model: &Model) -> String {
+    match run(model, &Job::quiet()).expect("a run").outcome {
+        Outcome::Stopped { reason, .. } => reason,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn guard_says_who_left_and_why() {
+    let mut model = empty(Scheme::Leapfrog, contact(0.0, 0.0, 0.0, 0.0));
+    add_sphere(&mut model, Vec3::zeros(), RADIUS, Vec3::x() * 2.0, Vec3::zeros());
+    model.plan.step = 1e-4;
+    model.plan.steps = 20_000;
+    assert!(stopped(&model).contains("body 0 left the domain"));
+
+    // Thrown at a wall faster than the guard lets through, with the step insisted on only by speed forecast.
+    model.plan.insist = true;
+    model.bodies[0].velocity = Vec3::x() * 1e300;
+    assert!(stopped(&model).contains("body 0"));
+
+    // Two spheres at the same place have no normal: NaN is found and named.
+    let mut model = empty(Scheme::Leapfrog, contact(0.0, 0.0, 0.0, 0.0));
+    for _ in 0..2 {
+        add_sphere(&mut model, Vec3::zeros(), RADIUS, Vec3::zeros(), Vec3::zeros());
+    }
+    model.plan.steps = 10;
+    assert!(stopped(&model).contains("not a finite number"));
+}
+
+#[test]
+fn guard_stops_bodies_that_would_tunnel() {
+    // Squeezed far into a wall, the sphere is thrown out faster than half a radius a step.
+    let mut model = empty(Scheme::Leapfrog, Contact { kn: 1e9, kt: 0.0, cn: 0.0, ct: 0.0, friction: 0.0 });
+    for i in 0..2 {
+        let place = Vec3::x() * (f64::from(i) * 1e-6);
+        add_sphere(&mut model, place, RADIUS, Vec3::zeros(), Vec3::zeros());
+    }
+    model.plan.step = advise(&model).limit * 0.99;
+    model.plan.steps = 1000;
+    assert!(stopped(&model).contains("of its radius in one step"));
+}
+
+#[test]
+fn cancelling_is_an_outcome() {
+    let mut model = mixed(Scheme::Leapfrog, Dimension::Three, false, false, 1);
+    model.plan.steps = 1000;
+    let flag = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(true));
+    let job = Job::new(1, std::sync::Arc::new(crate::num::job::Silent), flag);
+    let run = run(&model, &job).expect("a usable model");
+    assert_eq!(run.outcome, Outcome::Cancelled { step: 0 });
+}
+
+#[test]
+fn memory_stays_below_a_kibibyte_a_sphere() {
+    let model = crowd(Scheme::Yade);
+    let setting = setting::Setting::new(&model);
+    let mut state = crate::dem::state::State::new(&setting);
+    neighbours::rebuild(&setting, &mut state);
+    let list = |list: &crate::dem::state::List| {
+        list.partner.capacity() * 4 + list.start.capacity() * 4 + list.book.touching.len()
+            + (list.book.spring.len() + list.book.normal.len()) * 24
+            + list.book.lag.len() * 16
+    };
+    let fixed = size_of::<crate::dem::state::Ball>() + size_of::<crate::dem::state::Load>() + size_of::<crate::dem::state::Lightness>() + 24 + 24 + 8;
+    let bytes = fixed * state.balls.len()
+        + list(&state.pairs) + list(&state.planes) + list(&state.faces)
+        // Buffers of several threads.
+        + state.pairs.partner.len() * (72 + 4);
+    assert!(bytes < 1024 * state.balls.len(), "{}", bytes / state.balls.len());
+}
+
+#[test]
+fn an_empty_scene_runs() {
+    let mut model = empty(Scheme::Leapfrog, contact(0.0, 0.0, 0.0, 0.0));
+    model.plan.steps = 3;
+    let run = run(&model, &Job::quiet()).expect("usable");
+    assert_eq!(run.outcome, Outcome::Finished);
+    assert!(run.series.iter().all(|row| row.energy_error == 0.0 && row.coordination == 0.0));
+}
