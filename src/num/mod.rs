@@ -2,12 +2,14 @@
 //! two things every long computation is handed: a `Job` (progress, cancelling,
 //! threads) and a way to say what is wrong with an input (`Fault`).
 
+pub mod entry;
 pub mod fault;
 pub mod job;
 pub mod random;
 pub mod statistics;
 pub mod units;
 
+pub use entry::MethodEntry;
 pub use fault::Fault;
 pub use job::Job;
 
