@@ -1,4 +1,4 @@
-{% include "header.txt" %}
+{% include "header.txt" -%}
 #
 # Contact law: ViscElMat, Law2_ScGeom_ViscElPhys_Basic; n from body 1 to body 2:
 #   Fn = max(0, kn*overlap{% if needs.normal_damping %} + cn*vn{% endif %})
@@ -171,7 +171,10 @@ while O.iter < steps:
     here = O.iter
     there = min(steps, (here // frame_every + 1) * frame_every, (here // report_every + 1) * report_every)
     wall, cpu = time.perf_counter(), time.process_time()
-    O.run(there - here, True)
+    O.run(there - here)
+    while O.running:
+        time.sleep(0.0002)  # O.run(n, True) looks only every 40 ms
+    O.wait()
     wall_seconds += time.perf_counter() - wall
     cpu_seconds += time.process_time() - cpu
     if O.iter % frame_every == 0 or O.iter == steps:

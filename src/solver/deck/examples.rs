@@ -136,7 +136,7 @@ pub fn discs() -> Model {
 pub fn moving_mesh() -> Model {
     let mut model = empty(Dimension::Three, contact());
     model.gravity = Vec3::new(0.0, 0.0, -9.81);
-    add_sphere(&mut model, Vec3::new(1e-3, 2e-3, 1e-3), 1e-3, Vec3::new(0.0, 0.0, -0.1), 0);
+    add_sphere(&mut model, Vec3::new(1e-3, 2e-3, 1.01e-3), 1e-3, Vec3::new(0.0, 0.0, -0.1), 0);
     let turn = Motion::Rotate { origin: Vec3::zeros(), axis: Vec3::z(), rate: -5.0 };
     model.walls.push(Wall {
         name: "plate".into(),
@@ -155,7 +155,7 @@ pub fn frictionless() -> Model {
     let mut model = empty(Dimension::Three, contact);
     model.gravity = Vec3::new(0.0, 0.0, -9.81);
     add_sphere(&mut model, Vec3::new(0.0, 0.0, 1.1e-3), 1e-3, Vec3::zeros(), 0);
-    add_sphere(&mut model, Vec3::new(0.3e-3, 0.0, 3e-3), 1e-3, Vec3::new(0.0, 0.0, -0.3), 0);
+    add_sphere(&mut model, Vec3::new(0.3e-3, 0.0, 3.2e-3), 1e-3, Vec3::new(0.0, 0.0, -0.3), 0);
     add_plane(&mut model, "floor", Vec3::zeros(), Vec3::z(), Motion::Still);
     model
 }

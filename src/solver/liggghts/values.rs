@@ -208,7 +208,7 @@ fn primitive(wall: &Wall) -> Option<Plane> {
 fn covered(model: &Model) -> Bounds {
     let mut room = model.domain.grown(largest_radius(model));
     if model.needs().discs {
-        let half = largest_radius(model);
+        let half = 0.5 * room.size().xy().max();
         (room.low.z, room.high.z) = (-half, half);
     }
     room
@@ -222,7 +222,13 @@ fn simulation_box(model: &Model, surfaces: &[Surface]) -> Bounds {
         }
         room.union(&surface::swept(&surface.mesh, &surface.wall.motion, model.plan.duration()))
     });
-    room.grown(largest_radius(model))
+    let mut all = room.grown(largest_radius(model));
+    if model.needs().discs && !surfaces.is_empty() {
+        // LIGGGHTS sorts mesh elements by bounding spheres, which must lie in the box.
+        let half = 2.0 * all.size().xy().max();
+        (all.low.z, all.high.z) = (-half, half);
+    }
+    all
 }
 
 fn largest_radius(model: &Model) -> f64 {
