@@ -1,1 +1,190 @@
-//! (solver)
+//! Decks for other people's solvers, running them, reading them back.
+//!
+//! Every line of a deck stands in a template under `templates/`; this room
+//! computes the values. What a solver cannot express, or does differently from
+//! what the model says, is listed before a deck is written.
+
+mod deck;
+mod finite;
+mod left_out;
+pub mod liggghts;
+mod mesh_check;
+mod orientation;
+mod process;
+mod reading;
+pub mod rigid_masses;
+mod surface;
+pub mod templates;
+pub mod yade;
+
+pub use deck::{Deck, DeckOptions};
+
+use crate::model::{Model, Run};
+use crate::num::{Job, MethodEntry};
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// A solver that decks can be written for.
+pub trait Solver: Sync {
+    /// Key on the command line and in file names: `liggghts`, `yade`.
+    fn key(&self) -> &'static str;
+    /// Name for people, with the version that decks are written for.
+    fn name(&self) -> &'static str;
+    /// The program on this machine: from the environment variable `RIPRAP_LIGGGHTS`
+    /// or `RIPRAP_YADE` where it is set, else from `PATH`; `None` if there is none that starts.
+    fn find(&self) -> Option<Installation>;
+    /// One or two sentences on how to get it.
+    fn how_to_install(&self) -> &'static str;
+    /// What of `model` this solver cannot express or does differently.
+    fn limits(&self, model: &Model) -> Vec<Limit>;
+    /// Writes the deck of `model` as `folder`, which must not hold anything but an
+    /// older deck: everything goes to a temporary folder beside it, which then takes its place.
+    fn write(
+        &self,
+        model: &Model,
+        folder: &Path,
+        options: &DeckOptions,
+    ) -> Result<Deck, SolverError>;
+    /// Runs `run.sh` of the deck, reports progress to `job`, stops the solver when
+    /// `job` is cancelled, and reads back what it wrote.
+    fn run(&self, model: &Model, deck: &Deck, job: &Job) -> Result<Run, SolverError>;
+}
+
+/// The solvers, in the order in which they are listed.
+pub fn all() -> [&'static dyn Solver; 2] {
+    [&liggghts::Liggghts, &yade::Yade]
+}
+
+/// One line each for `riprap list solvers`.
+pub const METHODS: &[MethodEntry] = &[
+    MethodEntry {
+        key: "liggghts",
+        id: "",
+        summary: "LIGGGHTS 3.8.0: spheres, rigid clumps (fix rigid), planes, STL walls, MPI",
+        source: "Kloss, Goniva, Hager, Amberger & Pirker 2012",
+    },
+    MethodEntry {
+        key: "yade",
+        id: "",
+        summary: "YADE 2023.02a: spheres, rigid clumps, planes, facets, local damping, one thread",
+        source: "Smilauer et al. 2021",
+    },
+];
+
+/// A solver found on this machine.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Installation {
+    /// The program.
+    pub program: PathBuf,
+    /// What it says its version is.
+    pub version: String,
+}
+
+/// Something that a solver cannot do as the model says.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Limit {
+    /// Whether a deck can be written all the same.
+    pub kind: LimitKind,
+    /// What, in one or two sentences.
+    pub what: String,
+}
+
+/// How much a limit matters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LimitKind {
+    /// No deck is written: it would not mean the model.
+    Refused,
+    /// A deck is written; the solver does this in its own way.
+    Differs,
+}
+
+impl Limit {
+    /// A limit that forbids the deck.
+    pub fn refused(what: impl Into<String>) -> Self {
+        Self { kind: LimitKind::Refused, what: what.into() }
+    }
+
+    /// A limit that changes what the solver computes.
+    pub fn differs(what: impl Into<String>) -> Self {
+        Self { kind: LimitKind::Differs, what: what.into() }
+    }
+}
+
+/// Why a deck was not written or a solver gave nothing that can be used.
+#[derive(Debug, thiserror::Error)]
+pub enum SolverError {
+    /// The solver cannot express the model.
+    #[error("{solver} cannot express this scene: {}", reasons.join("; "))]
+    Refused {
+        /// Name of the solver.
+        solver: &'static str,
+        /// The limits that forbid a deck.
+        reasons: Vec<String>,
+    },
+    /// A number of the model that would end in the deck is NaN or infinite.
+    #[error("{what} is {value}; a deck can only hold finite numbers")]
+    NotFinite {
+        /// Which number, for example `bodies[3].velocity`.
+        what: String,
+        /// Its value.
+        value: f64,
+    },
+    /// The options do not fit each other.
+    #[error("{0}")]
+    Options(String),
+    /// The solver is not installed.
+    #[error("{solver} was not found on this machine. {how}")]
+    Missing {
+        /// Name of the solver.
+        solver: &'static str,
+        /// How to install it.
+        how: &'static str,
+    },
+    /// A file or folder cannot be written or read.
+    #[error("{path}: {source}", path = path.display())]
+    Io {
+        /// Which file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// A template cannot be rendered: a fault of riprap.
+    #[error("the deck template {template} cannot be rendered: {problem}")]
+    Template {
+        /// Which template.
+        template: String,
+        /// What tera says.
+        problem: String,
+    },
+    /// The solver ended with an error before it wrote a frame.
+    #[error("{solver} ended with {status} before it wrote anything:\n{tail}")]
+    Solver {
+        /// Name of the solver.
+        solver: &'static str,
+        /// Exit status.
+        status: String,
+        /// The last lines that it printed.
+        tail: String,
+    },
+    /// What the solver wrote is not what was asked for.
+    #[error("{path}: {problem}", path = path.display())]
+    Output {
+        /// Which file.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: String,
+    },
+}
+
+impl SolverError {
+    /// An [`SolverError::Io`] at `path`, for `map_err`.
+    fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
+        move |source| Self::Io { path: path.to_owned(), source }
+    }
+
+    /// An [`SolverError::Output`] at `path`.
+    fn output(path: &Path, problem: impl Into<String>) -> Self {
+        Self::Output { path: path.to_owned(), problem: problem.into() }
+    }
+}

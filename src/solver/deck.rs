@@ -1,0 +1,233 @@
+//! A deck: a folder of files that a solver runs as they are, written whole or not at all.
+
+use super::left_out::{LeftOut, left_out};
+use super::{Limit, LimitKind, Solver, SolverError, finite, templates};
+use crate::model::Model;
+use serde::Serialize;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// How a deck is to be run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DeckOptions {
+    /// MPI ranks, at least 1 (YADE: 1).
+    pub ranks: usize,
+    /// Processor grid; `None` lets the solver choose. The product must be `ranks`.
+    pub processors: Option<[usize; 3]>,
+    /// Also write `job.slurm` for a batch queue.
+    pub queue_script: bool,
+}
+
+impl Default for DeckOptions {
+    fn default() -> Self {
+        Self { ranks: 1, processors: None, queue_script: false }
+    }
+}
+
+impl DeckOptions {
+    /// An error when ranks and processor grid do not fit.
+    pub fn check(&self) -> Result<(), SolverError> {
+        if self.ranks == 0 {
+            return Err(SolverError::Options("a deck needs at least 1 MPI rank".into()));
+        }
+        match self.processors {
+            Some(grid) if grid.iter().product::<usize>() != self.ranks => {
+                Err(SolverError::Options(format!(
+                    "a processor grid of {} x {} x {} does not make {} ranks",
+                    grid[0], grid[1], grid[2], self.ranks
+                )))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// A deck that was written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Deck {
+    /// The folder.
+    pub folder: PathBuf,
+    /// File names in the folder, `run.sh` among them.
+    pub files: Vec<String>,
+    /// MPI ranks that `run.sh` starts.
+    pub ranks: usize,
+    /// What the solver does differently from the model.
+    pub limits: Vec<Limit>,
+}
+
+/// What stands at the top of every deck.
+#[derive(Debug, Clone, Serialize)]
+pub struct Header {
+    version: &'static str,
+    solver: &'static str,
+    title: String,
+    seed: u64,
+    steps: u64,
+    step: f64,
+    duration: f64,
+    bodies: usize,
+    spheres: usize,
+    left_out: Vec<LeftOut>,
+    differs: Vec<String>,
+}
+
+impl Header {
+    /// The header of the deck of `model` for `solver`.
+    pub fn new(solver: &dyn Solver, model: &Model, limits: &[Limit]) -> Self {
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            solver: solver.name(),
+            title: one_line(&model.title),
+            seed: model.seed,
+            steps: model.plan.steps,
+            step: model.plan.step,
+            duration: model.plan.duration(),
+            bodies: model.bodies.len(),
+            spheres: model.spheres.len(),
+            left_out: left_out(&model.needs()),
+            differs: limits.iter().map(|limit| limit.what.clone()).collect(),
+        }
+    }
+}
+
+/// Text that cannot leave the comment line it is put in: a title may hold line
+/// breaks, and `&` at the end of a line continues it in LIGGGHTS.
+fn one_line(text: &str) -> String {
+    let text: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    text.trim().trim_end_matches('&').to_owned()
+}
+
+/// Refuses what cannot be written; else the limits that remain.
+pub fn accept(solver: &dyn Solver, model: &Model) -> Result<Vec<Limit>, SolverError> {
+    finite::check(model)?;
+    let limits = solver.limits(model);
+    let reasons: Vec<String> = limits
+        .iter()
+        .filter(|limit| limit.kind == LimitKind::Refused)
+        .map(|limit| limit.what.clone())
+        .collect();
+    if reasons.is_empty() {
+        return Ok(limits);
+    }
+    Err(SolverError::Refused { solver: solver.name(), reasons })
+}
+
+/// Values of the batch-queue script.
+#[derive(Debug, Serialize)]
+pub struct Queue {
+    name: String,
+    ranks: usize,
+}
+
+impl Queue {
+    /// `job.slurm` for a model on `ranks` ranks.
+    pub fn render(model: &Model, ranks: usize) -> Result<String, SolverError> {
+        let name: String = model
+            .title
+            .chars()
+            .map(|c| if c.is_ascii_alphanumeric() { c } else { '-' })
+            .take(40)
+            .collect();
+        templates::render("job.slurm", &Self { name, ranks })
+    }
+}
+
+/// Writes `files` (name, text) as `folder`: into a temporary folder beside it
+/// first, which then takes its place.
+pub fn write_folder(folder: &Path, files: &[(String, String)]) -> Result<(), SolverError> {
+    let name = folder.file_name().ok_or_else(|| {
+        SolverError::Options(format!("{} is not a folder that can be made", folder.display()))
+    })?;
+    let parent = match folder.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    fs::create_dir_all(parent).map_err(SolverError::io(parent))?;
+    let label = format!(".{}.{}.part", name.to_string_lossy(), std::process::id());
+    let temporary = parent.join(label);
+    let written = fill(&temporary, files).and_then(|()| replace(folder, &temporary));
+    if written.is_err() {
+        // The first error is the one to tell; a leftover folder is hidden and named `.part`.
+        let _ = fs::remove_dir_all(&temporary);
+    }
+    written
+}
+
+fn fill(folder: &Path, files: &[(String, String)]) -> Result<(), SolverError> {
+    if folder.exists() {
+        fs::remove_dir_all(folder).map_err(SolverError::io(folder))?;
+    }
+    fs::create_dir(folder).map_err(SolverError::io(folder))?;
+    for (name, text) in files {
+        let path = folder.join(name);
+        fs::write(&path, text).map_err(SolverError::io(&path))?;
+        if name.ends_with(".sh") {
+            make_executable(&path)?;
+        }
+    }
+    Ok(())
+}
+
+/// Puts `temporary` where `folder` is; refuses to remove a folder that is not a deck.
+fn replace(folder: &Path, temporary: &Path) -> Result<(), SolverError> {
+    if folder.exists() {
+        let empty = fs::read_dir(folder).map_err(SolverError::io(folder))?.next().is_none();
+        if !empty && !folder.join("run.sh").exists() {
+            return Err(SolverError::Options(format!(
+                "{} holds files but no run.sh: it is not a deck and is left alone",
+                folder.display()
+            )));
+        }
+        fs::remove_dir_all(folder).map_err(SolverError::io(folder))?;
+    }
+    fs::rename(temporary, folder).map_err(SolverError::io(folder))
+}
+
+#[cfg(unix)]
+fn make_executable(path: &Path) -> Result<(), SolverError> {
+    use std::os::unix::fs::PermissionsExt;
+    fs::set_permissions(path, fs::Permissions::from_mode(0o755)).map_err(SolverError::io(path))
+}
+
+#[cfg(not(unix))]
+fn make_executable(_path: &Path) -> Result<(), SolverError> {
+    Ok(())
+}
+
+#[cfg(test)]
+pub mod examples;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_deck_replaces_a_deck_and_nothing_else() {
+        let room = tempfile::tempdir().expect("temporary folder");
+        let folder = room.path().join("decks/liggghts");
+        let files = |text: &str| vec![("run.sh".to_owned(), text.to_owned())];
+        write_folder(&folder, &files("one")).expect("written");
+        write_folder(&folder, &files("two")).expect("replaced");
+        assert_eq!(fs::read_to_string(folder.join("run.sh")).expect("there"), "two");
+        let other = room.path().join("letters");
+        fs::create_dir(&other).expect("made");
+        fs::write(other.join("dear.txt"), "x").expect("written");
+        assert!(write_folder(&other, &files("three")).is_err());
+        assert!(other.join("dear.txt").exists());
+        let left: Vec<_> = fs::read_dir(room.path()).expect("listed").collect();
+        assert_eq!(left.len(), 2, "no temporary folder is left: {left:?}");
+    }
+
+    #[test]
+    fn titles_stay_on_their_line() {
+        assert_eq!(one_line("a\nprint 'x' &&"), "a print 'x' ");
+    }
+
+    #[test]
+    fn processor_grids_must_fit() {
+        let options = DeckOptions { ranks: 4, processors: Some([2, 1, 1]), queue_script: false };
+        assert!(options.check().is_err());
+        assert!(DeckOptions { ranks: 0, ..DeckOptions::default() }.check().is_err());
+        assert!(DeckOptions::default().check().is_ok());
+    }
+}

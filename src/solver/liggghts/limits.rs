@@ -1,0 +1,153 @@
+//! What LIGGGHTS 3.8.0 cannot express or does in its own way.
+
+use crate::geometry::Mesh;
+use crate::model::{Coulomb, History, Model, Scheme, WallShape};
+use crate::solver::liggghts::values;
+use crate::solver::mesh_check::{MeshFacts, inspect};
+use crate::solver::{Limit, finite, rigid_masses};
+
+/// Smallest angle of a mesh triangle that LIGGGHTS takes with its default
+/// `curvature`, rad (0.256235 degrees).
+pub const DEFAULT_CURVATURE: f64 = 0.256_235 / 180.0 * std::f64::consts::PI;
+/// Below this it ends whatever the setting, rad (0.0573 degrees).
+const HARD_CURVATURE: f64 = 0.0573 / 180.0 * std::f64::consts::PI;
+/// Most triangles that may share one edge.
+const MOST_ON_AN_EDGE: usize = 6;
+/// Relative difference up to which a single sphere's inertia counts as its own.
+const ROUNDING: f64 = 1e-9;
+
+/// All limits of `model`.
+pub fn of(model: &Model) -> Vec<Limit> {
+    // Numbers that are not finite are refused by name elsewhere; comparing them here would mislead.
+    if finite::check(model).is_err() {
+        return Vec::new();
+    }
+    let mut limits = Vec::new();
+    law(model, &mut limits);
+    bodies(model, &mut limits);
+    balance(model, &mut limits);
+    walls(model, &mut limits);
+    limits
+}
+
+fn law(model: &Model, limits: &mut Vec<Limit>) {
+    let (needs, plan) = (model.needs(), &model.plan);
+    if model.bodies.is_empty() {
+        limits.push(Limit::refused("a deck needs at least one body"));
+    }
+    if needs.local_damping {
+        limits.push(Limit::refused(
+            "local (non-viscous) damping: LIGGGHTS has none; a deck without it would run another model",
+        ));
+    }
+    if needs.friction && needs.tangential_damping && plan.law.coulomb == Coulomb::Sum {
+        limits.push(Limit::differs(
+            "the Coulomb limit cuts the tangential spring only; the tangential dashpot acts on top while sticking and is off while slipping",
+        ));
+    }
+    if needs.friction && plan.law.history != History::Projected {
+        limits.push(Limit::differs(
+            "the tangential spring is projected on the turning contact plane and not rescaled",
+        ));
+    }
+    if needs.clumps && plan.scheme != Scheme::Liggghts {
+        limits.push(Limit::differs(
+            "clumps turn by LAMMPS' Richardson-corrected quaternion step of fix rigid",
+        ));
+    }
+}
+
+fn bodies(model: &Model, limits: &mut Vec<Limit>) {
+    let needs = model.needs();
+    for (index, body) in model.bodies.iter().enumerate() {
+        if body.sphere_count != 1 {
+            continue;
+        }
+        let sphere = &model.spheres_of(index)[0];
+        if sphere.offset.norm() > 0.0 {
+            limits.push(Limit::refused(format!(
+                "body {index} is one sphere whose centre is not its centre of mass"
+            )));
+        }
+        let factor = if needs.discs { 0.5 } else { 0.4 };
+        let own = factor * body.mass * sphere.radius.powi(2);
+        let axes = if needs.discs { 2..3 } else { 0..3 };
+        let wrong = axes.into_iter().any(|a| (body.inertia[a] - own).abs() > ROUNDING * own);
+        if needs.rotation && wrong {
+            limits.push(Limit::refused(format!(
+                "body {index} is one sphere whose moment of inertia is not {factor} m R^2, which LIGGGHTS computes with"
+            )));
+        }
+    }
+}
+
+/// Clumps whose spheres cannot be weighted so that gravity acts at the centre of mass.
+fn balance(model: &Model, limits: &mut Vec<Limit>) {
+    let needs = model.needs();
+    if !(needs.clumps && needs.gravity) {
+        return;
+    }
+    let (mut count, mut worst, mut which) = (0, 0.0, 0);
+    for (index, body) in model.bodies.iter().enumerate().filter(|(_, b)| b.sphere_count > 1) {
+        let (offsets, radii) = values::offsets_and_radii(model, index);
+        let largest = radii.iter().copied().fold(0.0, f64::max);
+        let arm = rigid_masses::split(body.mass, &offsets, &radii).arm.norm() / largest;
+        if arm > 1e-9 {
+            count += 1;
+        }
+        if arm > worst {
+            (worst, which) = (arm, index);
+        }
+    }
+    if count > 0 {
+        limits.push(Limit::differs(format!(
+            "gravity acts off the centre of mass of {count} clumps, whose centre of mass lies outside the hull of their sphere centres (worst: body {which}, by {worst:.2e} of its largest sphere radius); LIGGGHTS sums gravity over the spheres, whose masses must be positive"
+        )));
+    }
+}
+
+fn walls(model: &Model, limits: &mut Vec<Limit>) {
+    for wall in &model.walls {
+        let WallShape::Mesh { mesh } = &wall.shape else { continue };
+        let facts = inspect(mesh);
+        mesh_faults(&wall.name, mesh, &facts, limits);
+        if facts.crowd > 1 {
+            limits.push(Limit::differs(format!(
+                "wall `{}`: at an inner edge bent by more than its curvature angle LIGGGHTS counts one contact per face",
+                wall.name
+            )));
+        }
+    }
+}
+
+fn mesh_faults(name: &str, mesh: &Mesh, facts: &MeshFacts, limits: &mut Vec<Limit>) {
+    match facts.sharpest {
+        None => limits.push(Limit::refused(format!("wall `{name}` has no triangles"))),
+        Some((angle, index)) if angle < HARD_CURVATURE => limits.push(Limit::refused(format!(
+            "wall `{name}`: triangle {index} has an angle of {:.4} degrees; LIGGGHTS takes none below 0.0573",
+            angle.to_degrees()
+        ))),
+        Some((angle, index)) if angle < DEFAULT_CURVATURE => limits.push(Limit::differs(format!(
+            "wall `{name}`: triangle {index} has an angle of {:.4} degrees; the deck sets `curvature` below it, so that flatter bends than the default count as edges",
+            angle.to_degrees()
+        ))),
+        Some(_) => {}
+    }
+    if let Some((first, second)) = facts.duplicate {
+        limits.push(Limit::refused(format!(
+            "wall `{name}`: triangles {first} and {second} are the same; contacts would count twice"
+        )));
+    }
+    if facts.crowd > MOST_ON_AN_EDGE {
+        limits.push(Limit::refused(format!(
+            "wall `{name}`: {} triangles share one edge; LIGGGHTS takes at most {MOST_ON_AN_EDGE}",
+            facts.crowd
+        )));
+    }
+    let size = mesh.bounds().size().max();
+    if size < 1e-4 {
+        limits.push(Limit::refused(format!(
+            "wall `{name}` is {size} m in size; LIGGGHTS takes no mesh that small in SI units"
+        )));
+    }
+}

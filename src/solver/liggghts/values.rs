@@ -1,0 +1,503 @@
+//! The values that the LIGGGHTS templates print: one struct a template.
+
+use super::limits::DEFAULT_CURVATURE;
+use crate::geometry::{Bounds, Mesh};
+use crate::model::{Contact, Model, Motion, Needs, Wall, WallShape};
+use crate::num::{Mat3, Vec3};
+use crate::solver::deck::{DeckOptions, Header};
+use crate::solver::mesh_check::inspect;
+use crate::solver::surface;
+use crate::solver::{Limit, Solver, rigid_masses};
+use serde::Serialize;
+use std::f64::consts::{PI, TAU};
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+/// Skin of the neighbour list over the smallest radius: fast for settled beds and flows alike.
+const SKIN: f64 = 0.1;
+
+/// Values of `in.liggghts`.
+#[derive(Debug, Serialize)]
+pub struct Script {
+    header: Header,
+    needs: Needs,
+    tension: bool,
+    processors: String,
+    skin: f64,
+    material_names: Vec<String>,
+    tables: Vec<Table>,
+    step: f64,
+    planes: Vec<Plane>,
+    surfaces: Vec<SurfaceValues>,
+    gravity: f64,
+    gravity_direction: [f64; 3],
+    dumps: Vec<Dump>,
+    contact_columns: usize,
+    last: u64,
+    report_every: u64,
+    steps: u64,
+}
+
+/// One `property/global` of pairs of atom types.
+#[derive(Debug, Serialize)]
+struct Table {
+    fix: &'static str,
+    property: &'static str,
+    size: usize,
+    rows: Vec<Vec<f64>>,
+}
+
+/// A primitive wall.
+#[derive(Debug, Serialize)]
+struct Plane {
+    name: String,
+    type_number: usize,
+    axis: &'static str,
+    position: f64,
+    shears: bool,
+    shear_axis: &'static str,
+    shear: f64,
+}
+
+/// A mesh wall; which of the motion values count is said by `motion`.
+#[derive(Debug, Serialize)]
+struct SurfaceValues {
+    name: String,
+    file: String,
+    type_number: usize,
+    sharp: bool,
+    curvature: f64,
+    motion: &'static str,
+    velocity: [f64; 3],
+    origin: [f64; 3],
+    axis: [f64; 3],
+    rate: f64,
+    period: f64,
+}
+
+/// One dump of all spheres.
+#[derive(Debug, Serialize)]
+struct Dump {
+    id: &'static str,
+    every: u64,
+    file: &'static str,
+}
+
+/// A wall that goes into the deck as triangles.
+#[derive(Debug)]
+pub struct Surface<'a> {
+    wall: &'a Wall,
+    mesh: Mesh,
+    /// The wall stays in place and only its material moves (in-plane motion of a plane).
+    in_place: bool,
+}
+
+impl Surface<'_> {
+    /// Name of its STL file.
+    pub fn file(&self) -> String {
+        format!("{}.stl", self.wall.name)
+    }
+
+    fn values(&self) -> SurfaceValues {
+        let angle = inspect(&self.mesh).sharpest.map_or(PI, |(angle, _)| angle);
+        let mut values = SurfaceValues {
+            name: self.wall.name.clone(),
+            file: self.file(),
+            type_number: type_number(self.wall.material),
+            sharp: angle < DEFAULT_CURVATURE,
+            curvature: (0.5 * angle).to_degrees(),
+            motion: "still",
+            velocity: [0.0; 3],
+            origin: [0.0; 3],
+            axis: [0.0; 3],
+            rate: 0.0,
+            period: 0.0,
+        };
+        match &self.wall.motion {
+            Motion::Still => {}
+            Motion::Translate { velocity } => {
+                values.motion = if self.in_place { "slide" } else { "move" };
+                values.velocity = plain(velocity);
+            }
+            Motion::Rotate { rate: 0.0, .. } => {}
+            Motion::Rotate { origin, axis, rate } => {
+                values.motion = if self.in_place { "spin" } else { "turn" };
+                values.origin = plain(origin);
+                // A period has no sign: the axis takes it.
+                values.axis = plain(&(axis * rate.signum()));
+                values.rate = rate.abs();
+                values.period = TAU / rate.abs();
+            }
+        }
+        values
+    }
+}
+
+/// Walls of `model` that become meshes: meshes, oblique planes, and planes that
+/// move in a way that primitive walls cannot.
+pub fn surfaces(model: &Model) -> Vec<Surface<'_>> {
+    let room = covered(model);
+    model
+        .walls
+        .iter()
+        .filter(|wall| primitive(wall).is_none())
+        .map(|wall| match &wall.shape {
+            WallShape::Mesh { mesh } => Surface { wall, mesh: mesh.clone(), in_place: false },
+            WallShape::Plane { point, normal } => {
+                let in_place = surface::stays_in_plane(wall);
+                let along_axis = wall.shape.axis_plane().is_some()
+                    && matches!(wall.motion, Motion::Translate { .. });
+                let mesh = if in_place || along_axis {
+                    surface::plane_in(&room, point, normal)
+                } else {
+                    travelling_square(&room, wall, point, normal, model.plan.duration())
+                };
+                Surface { wall, mesh, in_place }
+            }
+        })
+        .filter(|surface| !surface.mesh.triangles.is_empty())
+        .collect()
+}
+
+/// A square of an oblique or turning plane that still covers the room when it has moved.
+fn travelling_square(room: &Bounds, wall: &Wall, point: &Vec3, normal: &Vec3, time: f64) -> Mesh {
+    let (centre, reach) = match &wall.motion {
+        Motion::Rotate { origin, .. } => (*origin, (room.centre() - origin).norm()),
+        Motion::Translate { velocity } => (room.centre(), velocity.norm() * time),
+        Motion::Still => (room.centre(), 0.0),
+    };
+    surface::square_mesh(
+        &surface::project(&centre, point, normal),
+        normal,
+        0.5 * room.diagonal() + reach,
+    )
+}
+
+/// A wall as a primitive plane, if it can be one: along an axis, and at rest
+/// or sliding along one axis of its own plane.
+fn primitive(wall: &Wall) -> Option<Plane> {
+    let (axis, position, _) = wall.shape.axis_plane()?;
+    let mut plane = Plane {
+        name: wall.name.clone(),
+        type_number: type_number(wall.material),
+        axis: AXES[axis],
+        position,
+        shears: false,
+        shear_axis: "",
+        shear: 0.0,
+    };
+    match &wall.motion {
+        Motion::Still => Some(plane),
+        Motion::Translate { velocity } => {
+            let moving: Vec<usize> = (0..3).filter(|a| velocity[*a] != 0.0).collect();
+            match moving.as_slice() {
+                [] => Some(plane),
+                [along] if *along != axis => {
+                    plane.shears = true;
+                    plane.shear_axis = AXES[*along];
+                    plane.shear = velocity[*along];
+                    Some(plane)
+                }
+                _ => None,
+            }
+        }
+        Motion::Rotate { rate, .. } => (*rate == 0.0).then_some(plane),
+    }
+}
+
+/// The room in which spheres may touch walls: the domain and one radius around it.
+fn covered(model: &Model) -> Bounds {
+    let mut room = model.domain.grown(largest_radius(model));
+    if model.needs().discs {
+        let half = 0.5 * room.size().xy().max();
+        (room.low.z, room.high.z) = (-half, half);
+    }
+    room
+}
+
+/// The simulation box: the covered room, everything that walls sweep, and a margin.
+fn simulation_box(model: &Model, surfaces: &[Surface]) -> Bounds {
+    let room = surfaces.iter().fold(covered(model), |room, surface| {
+        if surface.in_place {
+            return room.union(&surface.mesh.bounds());
+        }
+        room.union(&surface::swept(&surface.mesh, &surface.wall.motion, model.plan.duration()))
+    });
+    let mut all = room.grown(largest_radius(model));
+    if model.needs().discs && !surfaces.is_empty() {
+        // LIGGGHTS sorts mesh elements by bounding spheres, which must lie in the box.
+        let half = 2.0 * all.size().xy().max();
+        (all.low.z, all.high.z) = (-half, half);
+    }
+    all
+}
+
+fn largest_radius(model: &Model) -> f64 {
+    model.spheres.iter().map(|s| s.radius).fold(0.0, f64::max)
+}
+
+fn smallest_radius(model: &Model) -> f64 {
+    model.spheres.iter().map(|s| s.radius).fold(f64::INFINITY, f64::min)
+}
+
+/// Atom types count from 1.
+fn type_number(material: u16) -> usize {
+    usize::from(material) + 1
+}
+
+fn plain(vector: &Vec3) -> [f64; 3] {
+    [vector.x, vector.y, vector.z]
+}
+
+impl Script {
+    /// Reads a model.
+    pub fn new(
+        solver: &dyn Solver,
+        model: &Model,
+        options: &DeckOptions,
+        surfaces: &[Surface],
+        limits: &[Limit],
+    ) -> Self {
+        let needs = model.needs();
+        let steps = model.plan.steps;
+        Self {
+            header: Header::new(solver, model, limits),
+            needs,
+            tension: model.plan.law.tension,
+            processors: processors(model, options),
+            skin: SKIN * smallest_radius(model),
+            material_names: model
+                .materials
+                .iter()
+                .map(|m| m.name.replace(['\n', '&'], " "))
+                .collect(),
+            tables: tables(model, &needs),
+            step: model.plan.step,
+            planes: model.walls.iter().filter_map(primitive).collect(),
+            surfaces: surfaces.iter().map(Surface::values).collect(),
+            gravity: model.gravity.norm(),
+            gravity_direction: plain(&model.gravity),
+            dumps: dumps(model),
+            contact_columns: if needs.friction { 9 } else { 6 },
+            last: steps.max(1),
+            report_every: (steps / 100).max(1),
+            steps,
+        }
+    }
+}
+
+/// Text of the `processors` command; empty for one rank. Without a grid of the
+/// user's, the box is not cut across gravity, where the load is uneven.
+fn processors(model: &Model, options: &DeckOptions) -> String {
+    match options.processors {
+        Some(grid) => grid.map(|n| n.to_string()).join(" "),
+        None if options.ranks == 1 => String::new(),
+        None => {
+            let down = model.needs().gravity.then(|| model.gravity.iamax());
+            [0, 1, 2]
+                .map(|axis| {
+                    let flat = model.needs().discs && axis == 2;
+                    if Some(axis) == down || flat { "1" } else { "*" }
+                })
+                .join(" ")
+        }
+    }
+}
+
+fn tables(model: &Model, needs: &Needs) -> Vec<Table> {
+    let size = model.materials.len();
+    let table = |fix, property, value: fn(&Contact) -> f64| Table {
+        fix,
+        property,
+        size,
+        rows: (0..size as u16)
+            .map(|a| (0..size as u16).map(|b| value(model.contacts.between(a, b))).collect())
+            .collect(),
+    };
+    let mut tables = vec![
+        table("kn", "kn", |c| c.kn),
+        if needs.friction { table("kt", "kt", |c| c.kt) } else { table("kt", "kt", |_| 0.0) },
+        table("cn", "gamman_abs", |c| c.cn),
+        if needs.tangential_damping {
+            table("ct", "gammat_abs", |c| c.ct)
+        } else {
+            table("ct", "gammat_abs", |_| 0.0)
+        },
+    ];
+    if needs.friction {
+        tables.push(table("mu", "coefficientFriction", |c| c.friction));
+    }
+    tables
+}
+
+/// Frames at every `frame_every`, and one at the end where that is not among them.
+fn dumps(model: &Model) -> Vec<Dump> {
+    let (every, steps) = (model.plan.frame_every.max(1), model.plan.steps);
+    let mut dumps = vec![Dump { id: "frames", every, file: "spheres.dump" }];
+    if steps % every != 0 {
+        dumps.push(Dump { id: "last", every: steps, file: "last.dump" });
+    }
+    dumps
+}
+
+/// Values of `spheres.data`.
+#[derive(Debug, Serialize)]
+pub struct Data {
+    needs: Needs,
+    types: usize,
+    sides: Vec<Side>,
+    atoms: Vec<Atom>,
+    velocities: Vec<Motionful>,
+}
+
+#[derive(Debug, Serialize)]
+struct Side {
+    name: &'static str,
+    low: f64,
+    high: f64,
+}
+
+/// Id, type, diameter, density, x, y, z, molecule.
+#[derive(Debug, Serialize)]
+struct Atom(usize, usize, f64, f64, f64, f64, f64, usize);
+
+/// Id, velocity, angular velocity.
+#[derive(Debug, Serialize)]
+struct Motionful(usize, f64, f64, f64, f64, f64, f64);
+
+impl Data {
+    /// Reads a model. Every sphere has a density of its own, so that its mass
+    /// is the one that the body has in the model.
+    pub fn new(model: &Model, surfaces: &[Surface]) -> Self {
+        let needs = model.needs();
+        let bounds = simulation_box(model, surfaces);
+        let centres = model.sphere_centres(&model.initial_states());
+        let mut atoms = Vec::with_capacity(model.spheres.len());
+        let mut velocities = Vec::with_capacity(model.spheres.len());
+        let mut molecule = 0;
+        for (index, body) in model.bodies.iter().enumerate() {
+            let clump = body.sphere_count > 1;
+            molecule += usize::from(clump);
+            let (masses, spin) =
+                if clump { start_of_clump(model, index) } else { (vec![body.mass], body.spin) };
+            for (local, mass) in masses.iter().enumerate() {
+                let sphere = body.first_sphere as usize + local;
+                let (x, r) = (&centres[sphere], model.spheres[sphere].radius);
+                // The plain sphere style takes discs for discs; the hybrid style does not.
+                let volume = if needs.discs && !needs.clumps {
+                    PI * r * r
+                } else {
+                    4.0 / 3.0 * PI * r * r * r
+                };
+                atoms.push(Atom(
+                    sphere + 1,
+                    type_number(body.material),
+                    2.0 * r,
+                    mass / volume,
+                    x.x,
+                    x.y,
+                    if needs.discs { 0.0 } else { x.z },
+                    if clump { molecule } else { 0 },
+                ));
+                let v = &body.velocity;
+                velocities.push(Motionful(sphere + 1, v.x, v.y, v.z, spin.x, spin.y, spin.z));
+            }
+        }
+        let moves =
+            velocities.iter().any(|m| [m.1, m.2, m.3, m.4, m.5, m.6].iter().any(|v| *v != 0.0));
+        if !moves {
+            velocities.clear();
+        }
+        let sides = (0..3)
+            .map(|a| Side { name: AXES[a], low: bounds.low[a], high: bounds.high[a] })
+            .collect();
+        Self { needs, types: model.materials.len(), sides, atoms, velocities }
+    }
+}
+
+/// Masses of the spheres of clump `index`, and the angular velocity that each
+/// must be given so that `fix rigid` finds the angular momentum of the body.
+///
+/// `fix rigid` starts from L = Σ (mᵢ dᵢ × vᵢ + 0.4 mᵢ rᵢ² wᵢ). With vᵢ = v of the
+/// body for all and one common w this is I ω for
+/// Σ 0.4 mᵢ rᵢ² w = I ω − (Σ mᵢ dᵢ) × v.
+fn start_of_clump(model: &Model, index: usize) -> (Vec<f64>, Vec3) {
+    let body = &model.bodies[index];
+    let (offsets, radii) = offsets_and_radii(model, index);
+    let split = rigid_masses::split(body.mass, &offsets, &radii);
+    let own: f64 = split.masses.iter().zip(&radii).map(|(m, r)| 0.4 * m * r * r).sum();
+    let arm = split.arm * body.mass;
+    let wanted = inertia_tensor(model, index) * body.spin - arm.cross(&body.velocity);
+    (split.masses, wanted / own)
+}
+
+/// Sphere centres from the centre of mass in world axes, and radii, of one body.
+pub fn offsets_and_radii(model: &Model, index: usize) -> (Vec<Vec3>, Vec<f64>) {
+    let body = &model.bodies[index];
+    model.spheres_of(index).iter().map(|s| (body.orientation * s.offset, s.radius)).unzip()
+}
+
+/// Inertia tensor of body `index` in world axes.
+fn inertia_tensor(model: &Model, index: usize) -> Mat3 {
+    let body = &model.bodies[index];
+    let axes = body.orientation.to_rotation_matrix();
+    axes.matrix() * Mat3::from_diagonal(&body.inertia) * axes.matrix().transpose()
+}
+
+/// Values of `rigid.inf`: molecule; mass, centre, Ixx Iyy Izz Ixy Ixz Iyz.
+#[derive(Debug, Serialize)]
+pub struct Rigid {
+    bodies: Vec<(usize, [f64; 10])>,
+}
+
+impl Rigid {
+    /// Reads the clumps of a model.
+    pub fn new(model: &Model) -> Self {
+        let clumps = (0..model.bodies.len()).filter(|i| model.bodies[*i].sphere_count > 1);
+        let bodies = clumps
+            .enumerate()
+            .map(|(number, index)| {
+                let (x, i) = (&model.bodies[index].position, inertia_tensor(model, index));
+                let z = if model.needs().discs { 0.0 } else { x.z };
+                let mass = model.bodies[index].mass;
+                let row = [mass, x.x, x.y, z, i.m11, i.m22, i.m33, i.m12, i.m13, i.m23];
+                (number + 1, row)
+            })
+            .collect();
+        Self { bodies }
+    }
+}
+
+/// Values of an STL file: three corners and the normal of every triangle.
+#[derive(Debug, Serialize)]
+pub struct Stl {
+    name: String,
+    facets: Vec<[[f64; 3]; 4]>,
+}
+
+impl Stl {
+    /// Reads a surface; every digit of its doubles is kept.
+    pub fn new(surface: &Surface) -> Self {
+        let facets = surface
+            .mesh
+            .facets()
+            .map(|[a, b, c]| {
+                let normal = (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_else(Vec3::zeros);
+                [plain(&a), plain(&b), plain(&c), plain(&normal)]
+            })
+            .collect();
+        Self { name: surface.wall.name.clone(), facets }
+    }
+}
+
+/// Values of `run.sh`.
+#[derive(Debug, Serialize)]
+pub struct Start {
+    ranks: usize,
+}
+
+impl Start {
+    /// Reads the options.
+    pub fn new(options: &DeckOptions) -> Self {
+        Self { ranks: options.ranks }
+    }
+}

@@ -1,0 +1,441 @@
+//! The values that the YADE templates print: one struct a template.
+
+use super::series::{self, Class};
+use crate::geometry::Bounds;
+use crate::model::{Contact, Model, Motion, Needs, Wall, WallShape};
+use crate::num::Vec3;
+use crate::solver::deck::Header;
+use crate::solver::{Limit, Solver, SolverError, surface};
+use serde::Serialize;
+
+/// `verletDist` over the smallest radius.
+const VERLET: f64 = 0.1;
+
+/// Values of `run.py`.
+#[derive(Debug, Serialize)]
+pub struct Script {
+    header: Header,
+    needs: Needs,
+    materials: Vec<MaterialValues>,
+    many_frictions: bool,
+    frictions: Vec<(usize, usize, f64)>,
+    planes: Vec<WallValues>,
+    surfaces: Vec<WallValues>,
+    moves: bool,
+    verlet: f64,
+    damping: f64,
+    gravity: [f64; 3],
+    frame_every: u64,
+    report_every: u64,
+}
+
+/// One YADE material: a material of the scene as bodies or as walls use it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MaterialValues {
+    name: String,
+    density: f64,
+    kn: f64,
+    cn: f64,
+    ks: f64,
+    cs: f64,
+    friction_angle: f64,
+    #[serde(skip)]
+    classes: Vec<Class>,
+}
+
+/// One wall; which of the motion values count is said by `motion`.
+#[derive(Debug, Serialize)]
+struct WallValues {
+    variable: String,
+    name: String,
+    file: String,
+    material: usize,
+    point: [f64; 3],
+    axis: usize,
+    motion: &'static str,
+    velocity: [f64; 3],
+    origin: [f64; 3],
+    rate: f64,
+    turn: [f64; 3],
+}
+
+/// The template without values.
+#[derive(Debug, Serialize)]
+pub struct Nothing {}
+
+impl Script {
+    /// Reads a model whose limits allow a deck.
+    pub fn new(solver: &dyn Solver, model: &Model, limits: &[Limit]) -> Result<Self, SolverError> {
+        let refuse = |reasons| SolverError::Refused { solver: solver.name(), reasons };
+        let materials = materials(model).map_err(refuse)?;
+        let frictions = frictions(model, &materials);
+        let many = frictions.iter().any(|(_, _, mu)| *mu != frictions[0].2);
+        let walls = |plane: bool| -> Vec<WallValues> {
+            let numbered = model.walls.iter().enumerate();
+            numbered
+                .filter(|(_, wall)| is_plane(wall) == plane)
+                .map(|(number, wall)| WallValues::new(number, wall, &materials))
+                .collect()
+        };
+        Ok(Self {
+            header: Header::new(solver, model, limits),
+            needs: model.needs(),
+            many_frictions: many,
+            frictions,
+            planes: walls(true),
+            surfaces: walls(false),
+            materials,
+            moves: moves(model),
+            verlet: VERLET * model.spheres.iter().map(|s| s.radius).fold(f64::INFINITY, f64::min),
+            damping: model.local_damping,
+            gravity: plain(&model.gravity),
+            frame_every: model.plan.frame_every.max(1),
+            report_every: (model.plan.steps / 50).max(1),
+        })
+    }
+}
+
+/// A plane along an axis that stays one: at rest, sliding, or turning about its normal.
+fn is_plane(wall: &Wall) -> bool {
+    wall.shape.axis_plane().is_some()
+        && (!matches!(wall.motion, Motion::Rotate { .. }) || surface::stays_in_plane(wall))
+}
+
+impl WallValues {
+    fn new(number: usize, wall: &Wall, materials: &[MaterialValues]) -> Self {
+        let plane = is_plane(wall);
+        let (axis, _, _) = wall.shape.axis_plane().unwrap_or((0, 0.0, 0.0));
+        let mut values = Self {
+            variable: format!("wall{number}"),
+            name: wall.name.clone(),
+            file: facet_file(wall),
+            material: index_of(materials, wall.material, true),
+            point: [0.0; 3],
+            axis,
+            motion: "still",
+            velocity: [0.0; 3],
+            origin: [0.0; 3],
+            rate: 0.0,
+            turn: [0.0; 3],
+        };
+        if let WallShape::Plane { point, .. } = &wall.shape {
+            values.point = plain(point);
+        }
+        match &wall.motion {
+            Motion::Still => {}
+            Motion::Translate { velocity } => {
+                values.motion = "slide";
+                values.velocity = plain(velocity);
+            }
+            Motion::Rotate { rate: 0.0, .. } => {}
+            Motion::Rotate { origin, axis: turn, rate } if plane => {
+                // The wall's own point must lie on the axis of rotation.
+                let across = values.point[axis];
+                values.point = plain(origin);
+                values.point[axis] = across;
+                values.motion = "spin";
+                values.velocity = plain(&(turn * *rate));
+            }
+            Motion::Rotate { origin, axis: turn, rate } => {
+                values.motion = "turn";
+                values.origin = plain(origin);
+                values.turn = plain(turn);
+                values.rate = *rate;
+            }
+        }
+        values
+    }
+}
+
+fn facet_file(wall: &Wall) -> String {
+    format!("{}.txt", wall.name)
+}
+
+/// The materials of the deck, or what makes them impossible.
+///
+/// A material that both bodies and walls have gets one entry if the same values
+/// serve both. Without clumps `density` is the scene's; with clumps spheres must
+/// be without mass, and masses are given body by body in either case.
+pub fn materials(model: &Model) -> Result<Vec<MaterialValues>, Vec<String>> {
+    let needs = model.needs();
+    let classes = classes(model);
+    let mut faults = Vec::new();
+    let mut of = |name: &str, value: fn(&Contact) -> f64| {
+        let pair = |a: &Class, b: &Class| value(model.contacts.between(a.material, b.material));
+        series::solve(&classes, pair).unwrap_or_else(|unmet| {
+            let called = |i: usize| &model.materials[usize::from(classes[i].material)].name;
+            faults.push(format!(
+                "YADE puts the {name} of two materials in series; {} N/m or N s/m between `{}` and `{}` is out of reach (it would be {}): at most twice the like pair at walls, the harmonic mean of the like pairs between bodies",
+                unmet.wanted,
+                called(unmet.first),
+                called(unmet.second),
+                unmet.got,
+            ));
+            vec![0.0; classes.len()]
+        })
+    };
+    let kn = of("kn", |c| c.kn);
+    let cn = of("cn", |c| c.cn);
+    let none = vec![0.0; classes.len()];
+    let ks = if needs.friction { of("kt", |c| c.kt) } else { none.clone() };
+    let cs = if needs.tangential_damping { of("ct", |c| c.ct) } else { none };
+    if !faults.is_empty() {
+        return Err(faults);
+    }
+    let mut list: Vec<MaterialValues> = Vec::new();
+    for (i, class) in classes.iter().enumerate() {
+        let material = &model.materials[usize::from(class.material)];
+        let friction = if needs.friction { common_friction(model, &classes) } else { 0.0 };
+        let entry = MaterialValues {
+            name: one_line(&material.name),
+            density: if needs.clumps { 0.0 } else { material.density },
+            kn: kn[i],
+            cn: cn[i],
+            ks: ks[i],
+            cs: cs[i],
+            friction_angle: friction.atan(),
+            classes: vec![*class],
+        };
+        // Bodies and walls of one material share an entry where the same values serve both.
+        let same = list.iter_mut().find(|other| {
+            other.classes[0].material == class.material
+                && MaterialValues { classes: other.classes.clone(), ..entry.clone() } == **other
+        });
+        match same {
+            Some(other) => other.classes.push(*class),
+            None => list.push(entry),
+        }
+    }
+    Ok(list)
+}
+
+fn one_line(name: &str) -> String {
+    name.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}
+
+/// Friction of the first pair that can meet; pairs that differ are listed one by one.
+fn common_friction(model: &Model, classes: &[Class]) -> f64 {
+    let bodies = || classes.iter().filter(|class| !class.wall);
+    let Some(first) = bodies().next() else { return 0.0 };
+    let other =
+        if first.meets_itself { Some(first) } else { classes.iter().find(|class| class != &first) };
+    other.map_or(0.0, |other| model.contacts.between(first.material, other.material).friction)
+}
+
+/// Materials as bodies use them, in order, then materials as walls use them.
+fn classes(model: &Model) -> Vec<Class> {
+    let count = model.materials.len() as u16;
+    let bodies = (0..count).filter_map(|material| {
+        let users = model.bodies.iter().filter(|body| body.material == material).count();
+        (users > 0).then_some(Class { material, wall: false, meets_itself: users > 1 })
+    });
+    let walls = (0..count).filter_map(|material| {
+        let used = model.walls.iter().any(|wall| wall.material == material);
+        used.then_some(Class { material, wall: true, meets_itself: false })
+    });
+    bodies.chain(walls).collect()
+}
+
+fn index_of(materials: &[MaterialValues], material: u16, wall: bool) -> usize {
+    let user = |class: &Class| class.material == material && class.wall == wall;
+    let found = materials.iter().position(|entry| entry.classes.iter().any(user));
+    // `classes` lists every material that a body or wall of the model has.
+    found.unwrap_or(0)
+}
+
+/// Friction of every two materials that can meet.
+fn frictions(model: &Model, materials: &[MaterialValues]) -> Vec<(usize, usize, f64)> {
+    let mut list = Vec::new();
+    if !model.needs().friction {
+        return list;
+    }
+    let bodies = |entry: &MaterialValues| entry.classes.iter().any(|class| !class.wall);
+    let material = |entry: &MaterialValues| entry.classes[0].material;
+    for (i, a) in materials.iter().enumerate() {
+        for (j, b) in materials.iter().enumerate().skip(i) {
+            if bodies(a) || bodies(b) {
+                let contact = model.contacts.between(material(a), material(b));
+                list.push((i, j, contact.friction));
+            }
+        }
+    }
+    list
+}
+
+/// Triangles of one wall.
+#[derive(Debug, Serialize)]
+pub struct Facets {
+    facets: Vec<[f64; 9]>,
+}
+
+/// File name and triangles of every wall that is not an axis plane.
+pub fn facets(model: &Model) -> Vec<(String, Facets)> {
+    let room = model.domain;
+    let walls = model.walls.iter().filter(|wall| !is_plane(wall));
+    walls
+        .map(|wall| {
+            let facets = match &wall.shape {
+                WallShape::Mesh { mesh } => mesh.facets().map(|corners| nine(&corners)).collect(),
+                WallShape::Plane { point, normal } => {
+                    vec![nine(&covering_triangle(
+                        &room,
+                        wall,
+                        point,
+                        normal,
+                        model.plan.duration(),
+                    ))]
+                }
+            };
+            (facet_file(wall), Facets { facets })
+        })
+        .collect()
+}
+
+/// One triangle for a plane that covers the domain at all times, so that no
+/// sphere comes near its edges.
+fn covering_triangle(
+    room: &Bounds,
+    wall: &Wall,
+    point: &Vec3,
+    normal: &Vec3,
+    time: f64,
+) -> [Vec3; 3] {
+    let (centre, reach) = match &wall.motion {
+        Motion::Rotate { origin, .. } => (*origin, (room.centre() - origin).norm()),
+        Motion::Translate { velocity } => (room.centre(), velocity.norm() * time),
+        Motion::Still => (room.centre(), 0.0),
+    };
+    let foot = surface::project(&centre, point, normal);
+    surface::triangle_around(&foot, normal, room.diagonal() + reach)
+}
+
+fn nine(corners: &[Vec3; 3]) -> [f64; 9] {
+    let [a, b, c] = corners;
+    [a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z]
+}
+
+fn plain(vector: &Vec3) -> [f64; 3] {
+    [vector.x, vector.y, vector.z]
+}
+
+/// True if some body has a velocity or spin to be given, the half step of gravity included.
+fn moves(model: &Model) -> bool {
+    model.needs().gravity
+        || model.bodies.iter().any(|b| b.velocity != Vec3::zeros() || b.spin != Vec3::zeros())
+}
+
+/// Velocity half a step before the start: v − Δt/2 g.
+fn early(model: &Model, velocity: &Vec3) -> Vec3 {
+    velocity - model.gravity * (0.5 * model.plan.step)
+}
+
+/// Values of `spheres.csv`.
+#[derive(Debug, Serialize)]
+pub struct Spheres {
+    needs: Needs,
+    moves: bool,
+    spheres: Vec<SphereRow>,
+}
+
+/// Index, material; x y z r mass inertia; velocity; spin.
+#[derive(Debug, Serialize)]
+struct SphereRow(usize, usize, [f64; 6], [f64; 3], [f64; 3]);
+
+impl Spheres {
+    /// Reads the bodies of one sphere.
+    pub fn new(model: &Model) -> Self {
+        let needs = model.needs();
+        let singles = model.bodies.iter().filter(|body| body.sphere_count == 1);
+        let spheres = singles
+            .map(|body| {
+                let (x, index) = (&body.position, body.first_sphere as usize);
+                let inertia = if needs.discs { body.inertia.z } else { body.inertia.x };
+                let z = if needs.discs { 0.0 } else { x.z };
+                let numbers = [x.x, x.y, z, model.spheres[index].radius, body.mass, inertia];
+                SphereRow(
+                    index,
+                    body_material(model, body.material),
+                    numbers,
+                    plain(&early(model, &body.velocity)),
+                    plain(&body.spin),
+                )
+            })
+            .collect();
+        Self { needs, moves: moves(model), spheres }
+    }
+}
+
+/// Place of a body's material in the deck's list: body classes come first, in order.
+fn body_material(model: &Model, material: u16) -> usize {
+    classes(model).iter().position(|c| !c.wall && c.material == material).unwrap_or(0)
+}
+
+/// Values of `clumps.csv`.
+#[derive(Debug, Serialize)]
+pub struct Clumps {
+    clumps: Vec<ClumpRow>,
+}
+
+/// First member row, members, material; x, q (wxyz), mass, moments, v, w, angular momentum.
+#[derive(Debug, Serialize)]
+struct ClumpRow(usize, usize, usize, [f64; 20]);
+
+impl Clumps {
+    /// Reads the bodies of several spheres.
+    pub fn new(model: &Model) -> Self {
+        let flat = model.needs().discs;
+        let mut first = 0;
+        let mut clumps = Vec::new();
+        for body in model.bodies.iter().filter(|body| body.sphere_count > 1) {
+            let count = body.sphere_count as usize;
+            let axes = body.orientation.to_rotation_matrix();
+            let inertia = if flat {
+                // Only the moment about z counts; the largest becomes YADE's third axis.
+                let about_z = (0..3).map(|a| body.inertia[a] * axes[(2, a)].powi(2)).sum::<f64>();
+                Vec3::new(0.5 * about_z, 0.75 * about_z, about_z)
+            } else {
+                body.inertia
+            };
+            let turn = if flat { crate::num::Rotation::identity() } else { body.orientation };
+            let momentum = turn * inertia.component_mul(&turn.inverse_transform_vector(&body.spin));
+            let (x, v, w) = (&body.position, early(model, &body.velocity), &body.spin);
+            let z = if flat { 0.0 } else { x.z };
+            clumps.push(ClumpRow(
+                first,
+                count,
+                body_material(model, body.material),
+                [
+                    x.x, x.y, z, turn.w, turn.i, turn.j, turn.k, body.mass, inertia.x, inertia.y,
+                    inertia.z, v.x, v.y, v.z, w.x, w.y, w.z, momentum.x, momentum.y, momentum.z,
+                ],
+            ));
+            first += count;
+        }
+        Self { clumps }
+    }
+}
+
+/// Values of `members.csv`: index of the sphere in the scene, x, y, z, radius.
+#[derive(Debug, Serialize)]
+pub struct Members {
+    members: Vec<(usize, f64, f64, f64, f64)>,
+}
+
+impl Members {
+    /// Reads the spheres of all clumps.
+    pub fn new(model: &Model) -> Self {
+        let flat = model.needs().discs;
+        let centres = model.sphere_centres(&model.initial_states());
+        let members = model
+            .spheres
+            .iter()
+            .zip(&centres)
+            .enumerate()
+            .filter(|(_, (sphere, _))| model.bodies[sphere.body as usize].sphere_count > 1)
+            .map(|(index, (sphere, c))| {
+                (index, c.x, c.y, if flat { 0.0 } else { c.z }, sphere.radius)
+            })
+            .collect();
+        Self { members }
+    }
+}

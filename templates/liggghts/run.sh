@@ -1,0 +1,13 @@
+#!/bin/sh
+# Runs this deck in its own folder. RIPRAP_LIGGGHTS names another program.
+cd "$(dirname "$0")" || exit 1
+# Unbuffered: LIGGGHTS loses its error messages when its output is a pipe.
+{%- if ranks > 1 %}
+root=
+[ "$(id -u)" = 0 ] && root=--allow-run-as-root
+exec mpirun $root --oversubscribe -np {{ ranks }} stdbuf -o0 "${RIPRAP_LIGGGHTS:-liggghts}" -in in.liggghts "$@"
+{%- else %}
+# One process needs no Open MPI daemon: half the time to start.
+export OMPI_MCA_ess_singleton_isolated=1
+exec stdbuf -o0 "${RIPRAP_LIGGGHTS:-liggghts}" -in in.liggghts "$@"
+{%- endif %}

@@ -1,0 +1,193 @@
+{% include "header.txt" -%}
+#
+# Contact law: ViscElMat, Law2_ScGeom_ViscElPhys_Basic; n from body 1 to body 2:
+#   Fn = max(0, kn*overlap{% if needs.normal_damping %} + cn*vn{% endif %})
+{%- if needs.friction %}
+#   spring s turned with the contact to first order, then s += kt*dt*vt;
+#   |s| > mu*Fn: Ft = s cut to mu*Fn{% if needs.tangential_damping %}, no dashpot{% endif %}
+#   else         Ft = s{% if needs.tangential_damping %} + ct*vt (the dashpot is not cut){% endif %}
+{%- else %}
+#   no tangential force
+{%- endif %}
+# YADE puts two materials in series, 1/(1/a1 + 1/a2): the values below are such
+# that every pair that can meet has the value of the scene.
+# Scheme: forces at x(t) with v(t - dt/2). Velocities are given, and written, half a
+# step before positions{% if needs.gravity %}: at the start v(0) - dt/2 g{% endif %}; angular velocities are given as they are.
+# Run with: sh run.sh   (writes frames.txt, contacts.txt)
+
+{% if many_frictions -%}
+import math
+{% endif -%}
+import resource
+import time
+
+
+def table(name):
+    """Rows of numbers of a file; every double is read with all its digits."""
+    with open(name) as lines:
+        return [[float(word) for word in line.split(',')] for line in lines if line[0] != '#']
+
+
+# Materials; friction angles in radians.
+materials = [
+{%- for m in materials %}
+    O.materials.append(ViscElMat(density={{ m.density }}, kn={{ m.kn }}, cn={{ m.cn }}, ks={{ m.ks }}, cs={{ m.cs }}, frictionAngle={{ m.friction_angle }})),  # {{ loop.index0 }} {{ m.name }}
+{%- endfor %}
+]
+grey = (0.6, 0.6, 0.6)  # without a colour YADE reseeds Python's random numbers
+{%- if needs.planes or needs.oblique_planes or needs.meshes %}
+
+# Walls.
+{%- for w in planes %}
+{{ w.variable }} = O.bodies.append(wall(({{ w.point[0] }}, {{ w.point[1] }}, {{ w.point[2] }}), axis={{ w.axis }}, sense=0, material=materials[{{ w.material }}], color=grey))  # {{ w.name }}
+{%- if w.motion == "slide" %}
+O.bodies[{{ w.variable }}].state.vel = Vector3({{ w.velocity[0] }}, {{ w.velocity[1] }}, {{ w.velocity[2] }})
+{%- elif w.motion == "spin" %}
+O.bodies[{{ w.variable }}].state.angVel = Vector3({{ w.velocity[0] }}, {{ w.velocity[1] }}, {{ w.velocity[2] }})
+{%- endif %}
+{%- endfor %}
+{%- for w in surfaces %}
+{{ w.variable }} = []  # {{ w.name }}
+for line in open('{{ w.file }}'):
+    if line[0] != '#':
+        r = [float(word) for word in line.split()]
+        {{ w.variable }}.append(O.bodies.append(facet([r[0:3], r[3:6], r[6:9]], material=materials[{{ w.material }}], color=grey)))
+{%- if w.motion == "slide" %}
+for k in {{ w.variable }}:
+    O.bodies[k].state.vel = Vector3({{ w.velocity[0] }}, {{ w.velocity[1] }}, {{ w.velocity[2] }})
+{%- endif %}
+{%- endfor %}
+{%- endif %}
+
+# YADE's number of every sphere of the scene.
+ids = [None] * {{ header.spheres }}
+{%- if needs.spheres %}
+for r in table('spheres.csv'):
+    b = sphere(r[2:5], r[5], material=materials[int(r[1])], color=grey)
+    b.state.mass = r[6]
+    b.state.inertia = Vector3(r[7], r[7], r[7])
+{%- if moves %}
+    b.state.vel = Vector3(*r[8:11])
+{%- if needs.rotation %}
+    b.state.angVel = Vector3(*r[11:14])
+{%- endif %}
+{%- endif %}
+{%- if needs.discs %}
+    b.state.blockedDOFs = 'zXY'
+{%- endif %}
+    ids[int(r[0])] = O.bodies.append(b)
+{%- endif %}
+{%- if needs.clumps %}
+
+# Clumps: spheres without mass and one point (a facet that touches nothing) that
+# carries mass, centre of mass and inertia. YADE turns the inertia of such a
+# member the other way round, so its orientation is the conjugate.
+clumps = []
+members = table('members.csv')
+for r in table('clumps.csv'):
+    first, count = int(r[0]), int(r[1])
+    m = materials[int(r[2])]
+    x = Vector3(*r[3:6])
+    q = Quaternion(*r[6:10])
+    point = facet([(0, 0, 0), (1e-9, 0, 0), (0, 1e-9, 0)], noBound=True, material=m, color=grey)
+    point.state.pos = x
+    point.state.ori = q.conjugate()
+    point.state.mass = r[10]
+    point.state.inertia = Vector3(*r[11:14])
+    spheres = [sphere(s[1:4], s[4], material=m, color=grey) for s in members[first:first + count]]
+    clump, parts = O.bodies.appendClumped(spheres + [point], discretization=0)
+    v = Vector3(*r[14:17])
+    w = Vector3(*r[17:20])
+    state = O.bodies[clump].state
+    state.vel = v
+    state.angVel = w
+{%- if needs.discs %}
+    state.blockedDOFs = 'zXY'
+{%- else %}
+    state.angMom = Vector3(*r[20:23])  # YADE steps this and takes angVel from it
+{%- endif %}
+    for k in parts:
+        O.bodies[k].state.vel = v + w.cross(O.bodies[k].state.pos - x)
+        O.bodies[k].state.angVel = w
+    for s, k in zip(members[first:first + count], parts):
+        ids[int(s[0])] = k
+    clumps.append(clump)
+{%- endif %}
+
+O.dt = {{ header.step }}
+O.engines = [
+    ForceResetter(),
+    InsertionSortCollider([Bo1_Sphere_Aabb(){% if planes %}, Bo1_Wall_Aabb(){% endif %}{% if surfaces %}, Bo1_Facet_Aabb(){% endif %}], verletDist={{ verlet }}),
+    InteractionLoop(
+        [Ig2_Sphere_Sphere_ScGeom(){% if planes %}, Ig2_Wall_Sphere_ScGeom(){% endif %}{% if surfaces %}, Ig2_Facet_Sphere_ScGeom(){% endif %}],
+{%- if many_frictions %}
+        # One angle for every pair: (material, material, angle).
+        [Ip2_ViscElMat_ViscElMat_ViscElPhys(frictAngle=MatchMaker(matches=(
+{%- for p in frictions %}
+            (materials[{{ p[0] }}], materials[{{ p[1] }}], math.atan({{ p[2] }})),
+{%- endfor %}
+        )))],
+{%- else %}
+        [Ip2_ViscElMat_ViscElMat_ViscElPhys()],
+{%- endif %}
+        [Law2_ScGeom_ViscElPhys_Basic()],
+    ),
+{%- for w in surfaces %}
+{%- if w.motion == "turn" %}
+    RotationEngine(ids={{ w.variable }}, rotateAroundZero=True, zeroPoint=({{ w.origin[0] }}, {{ w.origin[1] }}, {{ w.origin[2] }}), rotationAxis=({{ w.turn[0] }}, {{ w.turn[1] }}, {{ w.turn[2] }}), angularVelocity={{ w.rate }}),
+{%- endif %}
+{%- endfor %}
+    NewtonIntegrator(damping={{ damping }}{% if needs.gravity %}, gravity=({{ gravity[0] }}, {{ gravity[1] }}, {{ gravity[2] }}){% endif %}),
+]
+
+frames = open('frames.txt', 'w')
+
+
+def digits(*vectors):
+    return ' '.join('%.17g' % value for vector in vectors for value in vector)
+
+
+def write_frame():
+    """Step; x v{% if needs.rotation %} w{% endif %} f of every sphere{% if needs.clumps %}; then x q(wxyz) v w of every clump{% endif %}."""
+    frames.write('frame %d\n' % O.iter)
+    for k in ids:
+        s = O.bodies[k].state
+        frames.write(digits(s.pos, s.vel, {% if needs.rotation %}s.angVel, {% endif %}O.forces.f(k)) + '\n')
+{%- if needs.clumps %}
+    for k in clumps:
+        s = O.bodies[k].state
+        q = s.ori
+        frames.write(digits(s.pos, (q[3], q[0], q[1], q[2]), s.vel, s.angVel) + '\n')
+{%- endif %}
+    frames.flush()
+
+
+steps = {{ header.steps }}
+frame_every = {{ frame_every }}
+report_every = {{ report_every }}
+wall_seconds = cpu_seconds = 0.0
+write_frame()
+while O.iter < steps:
+    here = O.iter
+    there = min(steps, (here // frame_every + 1) * frame_every, (here // report_every + 1) * report_every)
+    wall, cpu = time.perf_counter(), time.process_time()
+    O.run(there - here)
+    while O.running:
+        time.sleep(0.0002)  # O.run(n, True) looks only every 40 ms
+    O.wait()
+    wall_seconds += time.perf_counter() - wall
+    cpu_seconds += time.process_time() - cpu
+    if O.iter % frame_every == 0 or O.iter == steps:
+        write_frame()
+    print('riprap step', O.iter, flush=True)
+frames.close()
+
+# Contacts between spheres: index index normal tangential (spring), N.
+index = {k: i for i, k in enumerate(ids)}
+with open('contacts.txt', 'w') as contacts:
+    for i in O.interactions:
+        if i.isReal and i.id1 in index and i.id2 in index:
+            contacts.write('%d %d %.17g %.17g\n' % (
+                index[i.id1], index[i.id2], i.phys.normalForce.dot(i.geom.normal), i.phys.shearForce.norm()))
+print('riprap loop wall %.6f s cpu %.6f s peak %d KiB' % (
+    wall_seconds, cpu_seconds, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss), flush=True)
