@@ -1,0 +1,310 @@
+//! How meshes, clumps and whole states are shown.
+
+use super::camera::View;
+use super::colour::{self, Rgb};
+use super::number;
+use super::picture::{Item, Key, Picture, Style, render};
+use crate::clump::Clump;
+use crate::geometry::{Bounds, Mesh};
+use crate::model::{Dimension, Frame, Model, WallShape};
+use crate::num::Vec3;
+use crate::shape::Solid;
+use std::borrow::Cow;
+
+/// What the colour of a sphere stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Colouring {
+    /// One tone a body.
+    #[default]
+    Body,
+    /// One colour a grain family of the scene.
+    Family,
+    /// One colour a material.
+    Material,
+    /// Speed, on a scale with a colour bar, from 0 to the largest.
+    Speed,
+}
+
+/// A picture of a surface.
+pub fn view_mesh(mesh: &Mesh) -> Picture {
+    solid_picture(mesh, 800, 600)
+}
+
+/// A picture of spheres: `centres` and `radii` in m, one entry each a sphere;
+/// spheres with the same entry in `groups` (body, clump) get the same tone.
+/// The shortest list counts; without groups every sphere is its own.
+pub fn view_spheres(centres: &[Vec3], radii: &[f64], groups: &[u32]) -> Picture {
+    let tone = |index: usize| colour::body(groups.get(index).map_or(index, |g| *g as usize));
+    let items: Vec<Item> = centres
+        .iter()
+        .zip(radii)
+        .enumerate()
+        .map(|(index, (centre, radius))| Item::Ball {
+            centre: *centre,
+            radius: *radius,
+            colour: tone(index),
+        })
+        .collect();
+    render(&items, &grounded(&items, 800, 600))
+}
+
+/// A clump beside its solid, both in the frame of the solid and to the same scale.
+pub fn solid_beside_clump(solid: &Solid, clump: &Clump, width: usize, height: usize) -> Picture {
+    let centre = solid.mesh.bounds().centre();
+    let balls: Vec<(Vec3, f64)> = clump
+        .balls
+        .iter()
+        .map(|ball| (clump.centroid + clump.axes * ball.centre, ball.radius))
+        .collect();
+    let low = lowest(&solid.mesh, &balls);
+    let half = |items: &[Item]| {
+        let mut style = Style::new(width / 2, height);
+        style.ground = Some(Vec3::new(centre.x, centre.y, low));
+        render(items, &style)
+    };
+    let surface = Item::Surface { mesh: Cow::Borrowed(&solid.mesh), colour: colour::STONE };
+    let spheres: Vec<Item> = balls
+        .iter()
+        .enumerate()
+        .map(|(index, (centre, radius))| Item::Ball {
+            centre: *centre,
+            radius: *radius,
+            colour: colour::varied(colour::CLUMP, index),
+        })
+        .collect();
+    Picture::beside(&[half(&[surface]), half(&spheres)])
+}
+
+fn lowest(mesh: &Mesh, balls: &[(Vec3, f64)]) -> f64 {
+    let mesh = mesh.bounds().low.z;
+    balls.iter().map(|(centre, radius)| centre.z - radius).fold(mesh, f64::min)
+}
+
+fn solid_picture(mesh: &Mesh, width: usize, height: usize) -> Picture {
+    let items = [Item::Surface { mesh: Cow::Borrowed(mesh), colour: colour::STONE }];
+    render(&items, &grounded(&items, width, height))
+}
+
+/// An oblique view of things that lie on a ground just beneath them.
+fn grounded(items: &[Item], width: usize, height: usize) -> Style {
+    let mut bounds = Bounds::EMPTY;
+    for item in items {
+        bounds = match item {
+            Item::Ball { centre, radius, .. } | Item::Disc { centre, radius, .. } => {
+                let reach = Vec3::repeat(*radius);
+                bounds.with(&(centre - reach)).with(&(centre + reach))
+            }
+            Item::Surface { mesh, .. } | Item::Veil { mesh } => bounds.union(&mesh.bounds()),
+            Item::Line { from, to } => bounds.with(from).with(to),
+        };
+    }
+    let mut style = Style::new(width, height);
+    if !bounds.is_empty() {
+        let middle = bounds.centre();
+        style.ground = Some(Vec3::new(middle.x, middle.y, bounds.low.z));
+    }
+    style
+}
+
+/// Columns and edge of the cells of a gallery of `count` pictures.
+fn grid_for(count: usize) -> (usize, usize) {
+    match count {
+        0..=4 => (count.max(1), 260),
+        5..=12 => (4, 240),
+        _ => (6, 180),
+    }
+}
+
+/// Solids in a grid, each filling its cell; at most `limit` of them, spread
+/// evenly over the list.
+pub fn solids(solids: &[Solid], limit: usize) -> Picture {
+    let shown = spread(solids.len(), limit);
+    let (columns, edge) = grid_for(shown.len());
+    let cells: Vec<Picture> = shown
+        .iter()
+        .enumerate()
+        .map(|(cell, index)| {
+            let mesh = &solids[*index].mesh;
+            let tone = colour::mix(colour::STONE, colour::group(cell), 0.45);
+            let items = [Item::Surface { mesh: Cow::Borrowed(mesh), colour: tone }];
+            render(&items, &grounded(&items, edge, edge))
+        })
+        .collect();
+    Picture::grid(&cells, columns)
+}
+
+/// Pairs of solid and clump in a grid, at most `limit` of them.
+pub fn clumps(pairs: &[(&Solid, &Clump)], limit: usize) -> Picture {
+    let cells: Vec<Picture> = spread(pairs.len(), limit)
+        .into_iter()
+        .map(|index| solid_beside_clump(pairs[index].0, pairs[index].1, 400, 220))
+        .collect();
+    Picture::grid(&cells, 2)
+}
+
+/// `limit` indices spread evenly over `count`, or all of them.
+pub(super) fn spread(count: usize, limit: usize) -> Vec<usize> {
+    let shown = count.min(limit);
+    (0..shown).map(|place| place * count / shown).collect()
+}
+
+/// A picture of a scene in the state `frame`, with its walls. Two-dimensional
+/// scenes are drawn flat, seen from +z.
+pub fn state(
+    model: &Model,
+    frame: &Frame,
+    colouring: Colouring,
+    width: usize,
+    height: usize,
+) -> Picture {
+    let flat = model.dimension == Dimension::Two;
+    let speeds: Vec<f64> = frame.velocities.iter().map(|v| v.norm()).collect();
+    let fastest = speeds.iter().copied().filter(|v| v.is_finite()).fold(0.0, f64::max);
+    let tone = |index: usize| -> Rgb {
+        let owner = model.spheres[index].body as usize;
+        let body = &model.bodies[owner];
+        match colouring {
+            Colouring::Body => colour::body(owner),
+            Colouring::Family => colour::group(body.family as usize),
+            Colouring::Material => colour::group(body.material as usize),
+            Colouring::Speed => {
+                colour::scale(speeds.get(index).map_or(0.0, |v| v / fastest.max(1e-300)))
+            }
+        }
+    };
+    let shown = frame.centres.iter().zip(&model.spheres).enumerate();
+    let mut items: Vec<Item> = shown
+        .map(|(index, (centre, sphere))| {
+            let (centre, radius, colour) = (*centre, sphere.radius, tone(index));
+            if !flat {
+                return Item::Ball { centre, radius, colour };
+            }
+            let body = frame.bodies.get(sphere.body as usize);
+            let turn = body.map(|state| state.orientation.euler_angles().2);
+            Item::Disc { centre, radius, colour, turn: turn.filter(|_| model.needs().rotation) }
+        })
+        .collect();
+    let up = upwards(model);
+    let ground = walls(model, frame, &up, &mut items);
+    let view = if flat { View::flat() } else { View::oblique(&up) };
+    let key = (colouring == Colouring::Speed)
+        .then(|| Key { low: "0".into(), high: number::with_unit(fastest, "m/s") });
+    render(&items, &Style { width, height, view, ground: ground.filter(|_| !flat), key })
+}
+
+/// The direction that is up: against gravity, or z (y in two dimensions).
+pub(super) fn upwards(model: &Model) -> Vec3 {
+    (-model.gravity).try_normalize(1e-300).unwrap_or(match model.dimension {
+        Dimension::Two => Vec3::y(),
+        Dimension::Three => Vec3::z(),
+    })
+}
+
+/// Adds the walls to `items`: meshes as veils, planes along the axes as
+/// rectangles as large as what they enclose. Gives a point of the floor.
+fn walls(model: &Model, frame: &Frame, up: &Vec3, items: &mut Vec<Item>) -> Option<Vec3> {
+    let shown = container(model, frame);
+    let mut ground = None;
+    for wall in &model.walls {
+        match &wall.shape {
+            WallShape::Mesh { mesh } => {
+                let placed = mesh.mapped(|vertex| wall.motion.place(vertex, frame.time));
+                items.push(Item::Veil { mesh: Cow::Owned(placed) });
+            }
+            WallShape::Plane { point, normal } => {
+                let here = wall.motion.place(point, frame.time);
+                if normal.dot(up) > 0.99 {
+                    ground = Some(here);
+                }
+                let Some((axis, _, _)) = wall.shape.axis_plane() else { continue };
+                let corners = rectangle(&shown, axis, here[axis]);
+                for (at, corner) in corners.iter().enumerate() {
+                    items.push(Item::Line { from: *corner, to: corners[(at + 1) % 4] });
+                }
+            }
+        }
+    }
+    ground
+}
+
+/// What the picture shows: the spheres, extended to axis-aligned planes that
+/// are not much farther away than the spheres reach.
+fn container(model: &Model, frame: &Frame) -> Bounds {
+    let mut bounds = Bounds::EMPTY;
+    for (centre, sphere) in frame.centres.iter().zip(&model.spheres) {
+        if centre.iter().all(|v| v.is_finite()) {
+            let reach = Vec3::repeat(sphere.radius);
+            bounds = bounds.with(&(centre - reach)).with(&(centre + reach));
+        }
+    }
+    if bounds.is_empty() {
+        bounds = model.domain;
+    }
+    let (spheres, far) = (bounds, 1.5 * bounds.diagonal());
+    for wall in &model.walls {
+        let (WallShape::Plane { point, .. }, Some((axis, _, side))) =
+            (&wall.shape, wall.shape.axis_plane())
+        else {
+            continue;
+        };
+        let place = wall.motion.place(point, frame.time)[axis];
+        if side > 0.0 && place > spheres.low[axis] - far {
+            bounds.low[axis] = place;
+        }
+        if side < 0.0 && place < spheres.high[axis] + far {
+            bounds.high[axis] = place;
+        }
+    }
+    if model.dimension == Dimension::Two {
+        (bounds.low.z, bounds.high.z) = (0.0, 0.0);
+    }
+    bounds
+}
+
+fn rectangle(bounds: &Bounds, axis: usize, place: f64) -> [Vec3; 4] {
+    let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+    [(false, false), (true, false), (true, true), (false, true)].map(|(on_u, on_v)| {
+        let mut corner = bounds.low;
+        corner[axis] = place;
+        corner[u] = if on_u { bounds.high[u] } else { bounds.low[u] };
+        corner[v] = if on_v { bounds.high[v] } else { bounds.low[v] };
+        corner
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::fixture;
+    use std::path::Path;
+
+    #[test]
+    fn look() {
+        let t = std::time::Instant::now();
+        let model = fixture::model(10);
+        let mut frame = fixture::frame(&model, 0, Vec3::zeros());
+        for (i, v) in frame.velocities.iter_mut().enumerate() {
+            v.x = (i % 100) as f64 * 1e-3;
+        }
+        for (i, c) in frame.centres.iter_mut().enumerate() {
+            let h = colour::body(i);
+            c.x += (h[0] as f64 - 0.5) * 0.004;
+            c.y += (h[1] as f64 - 0.5) * 0.004;
+            if i % 7 == 0 {
+                c.z += 0.002;
+            }
+        }
+        for (n, c) in [("body", Colouring::Body), ("speed", Colouring::Speed)] {
+            state(&model, &frame, c, 800, 600)
+                .write(Path::new(&format!("/tmp/rp_{n}.png")))
+                .unwrap();
+            eprintln!("{n} {:?}", t.elapsed());
+        }
+        let solid = fixture::solid("a");
+        view_mesh(&solid.mesh).write(Path::new("/tmp/rp_mesh.png")).unwrap();
+        solid_beside_clump(&solid, &fixture::clump("a"), 800, 400)
+            .write(Path::new("/tmp/rp_pair.png"))
+            .unwrap();
+        eprintln!("all {:?}", t.elapsed());
+    }
+}
