@@ -149,9 +149,20 @@ impl Scale {
         if self.log {
             let (low, high) = (self.low.log10().round() as i32, self.high.log10().round() as i32);
             let stride = ((high - low) as usize).div_ceil(count.max(1)).max(1);
+            let parts: &[f64] = match high - low {
+                1 => &[1.0, 2.0, 5.0],
+                2 => &[1.0, 3.0],
+                _ => &[1.0],
+            };
             return (low..=high)
                 .step_by(stride)
-                .map(|power| (10_f64.powi(power), power_of_ten(power)))
+                .flat_map(|power| parts.iter().map(move |part| (*part, power)))
+                .filter(|(part, power)| *power < high || *part == 1.0)
+                .map(|(part, power)| {
+                    let text = power_of_ten(power);
+                    let text = if part == 1.0 { text } else { format!("{part} · {text}") };
+                    (part * 10_f64.powi(power), text)
+                })
                 .collect();
         }
         let step = tick_step(self.high - self.low, count);

@@ -282,14 +282,14 @@ impl TwinCheck {
         let scheme = &self.scheme;
         match (self.agrees, self.worst_in_window) {
             (Some(true), Some(worst)) => format!(
-                "Same computation: differs from our DEM in the scheme `{scheme}` by at most {worst:.1e} \
+                "Same computation: differs from our DEM in the scheme {scheme} by at most {worst:.1e} \
                  smallest radii until t = {until:.3e} s ({limit:.0e} allowed)."
             ),
             (Some(true), None) => format!(
-                "Same computation: never more than {limit:.0e} smallest radii from our DEM in the scheme `{scheme}`."
+                "Same computation: never more than {limit:.0e} smallest radii from our DEM in the scheme {scheme}."
             ),
             (Some(false), worst) => format!(
-                "Not the same computation: {:.1e} smallest radii from our DEM in the scheme `{scheme}` \
+                "Not the same computation: {:.1e} smallest radii from our DEM in the scheme {scheme} \
                  before t = {until:.3e} s, {limit:.0e} allowed.",
                 worst.unwrap_or(0.0)
             ),

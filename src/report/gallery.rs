@@ -116,10 +116,11 @@ fn grid_for(count: usize) -> (usize, usize) {
 }
 
 /// Solids in a grid, each filling its cell; at most `limit` of them, spread
-/// evenly over the list.
-pub fn solids(solids: &[Solid], limit: usize) -> Picture {
+/// evenly over the list; `shrink` 1 for full size, more for a quick look.
+pub fn solids(solids: &[Solid], limit: usize, shrink: usize) -> Picture {
     let shown = spread(solids.len(), limit);
     let (columns, edge) = grid_for(shown.len());
+    let edge = edge / shrink.max(1);
     let cells: Vec<Picture> = shown
         .iter()
         .enumerate()
@@ -133,11 +134,12 @@ pub fn solids(solids: &[Solid], limit: usize) -> Picture {
     Picture::grid(&cells, columns)
 }
 
-/// Pairs of solid and clump in a grid, at most `limit` of them.
-pub fn clumps(pairs: &[(&Solid, &Clump)], limit: usize) -> Picture {
+/// Pairs of solid and clump in a grid, at most `limit` of them; `shrink` as in [`solids`].
+pub fn clumps(pairs: &[(&Solid, &Clump)], limit: usize, shrink: usize) -> Picture {
+    let (width, height) = (400 / shrink.max(1), 220 / shrink.max(1));
     let cells: Vec<Picture> = spread(pairs.len(), limit)
         .into_iter()
-        .map(|index| solid_beside_clump(pairs[index].0, pairs[index].1, 400, 220))
+        .map(|index| solid_beside_clump(pairs[index].0, pairs[index].1, width, height))
         .collect();
     Picture::grid(&cells, 2)
 }

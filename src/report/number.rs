@@ -38,8 +38,12 @@ pub(crate) fn trimmed(text: &str) -> &str {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
 }
 
-/// A relative number as per cent with a sign: `+1.3 %`.
+/// A relative number as per cent with a sign: `+1.3 %`; `≈ 0 %` for what is
+/// less than a hundred-thousandth of a per cent.
 pub fn per_cent(value: f64) -> String {
+    if value != 0.0 && value.abs() < 1e-7 {
+        return "≈ 0 %".into();
+    }
     let text = significant(value * 100.0, 3);
     let sign = if value > 0.0 { "+" } else { "" };
     format!("{sign}{text} %")

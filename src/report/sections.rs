@@ -130,18 +130,19 @@ fn texts(cells: &[&str]) -> Vec<String> {
 
 impl Sections {
     /// Every section that has data.
-    pub(super) fn of(input: &PageInput) -> Result<Self, ReportError> {
+    /// Pictures come out `shrink` times smaller than they should.
+    pub(super) fn of(input: &PageInput, shrink: usize) -> Result<Self, ReportError> {
         let runs: Vec<&Run> = input.ours.into_iter().chain(input.others).collect();
         Ok(Self {
             title: input.title.into(),
             version: input.version.into(),
             verdict: input.comparison.map(|found| verdict(found, input.missing)),
             scene: input.model.map(scene),
-            grains: grains(input)?,
-            clumps: clumps(input)?,
-            packing: packing(input)?,
+            grains: grains(input, shrink)?,
+            clumps: clumps(input, shrink)?,
+            packing: packing(input, shrink)?,
             run: input.ours.and_then(run),
-            finals: finals(input, &runs)?,
+            finals: finals(input, &runs, shrink)?,
             trajectories: trajectories(input, &runs),
             cost: cost(&runs),
             notes: notes(&runs),
@@ -327,11 +328,11 @@ fn walls(model: &Model) -> Option<Table> {
     })
 }
 
-fn grains(input: &PageInput) -> Result<Option<Plain>, ReportError> {
+fn grains(input: &PageInput, shrink: usize) -> Result<Option<Plain>, ReportError> {
     if input.solids.is_empty() {
         return Ok(None);
     }
-    let picture = gallery::solids(input.solids, GALLERY);
+    let picture = gallery::solids(input.solids, GALLERY, shrink);
     let total = input.solids.len();
     let caption =
         format!("{} of {} grains, each filling its cell.", total.min(GALLERY), count(total as u64));
@@ -376,7 +377,7 @@ fn shape_table(input: &PageInput) -> Table {
     Table { columns: texts(&columns), rows: input.solids.iter().map(row).collect() }
 }
 
-fn clumps(input: &PageInput) -> Result<Option<Plain>, ReportError> {
+fn clumps(input: &PageInput, shrink: usize) -> Result<Option<Plain>, ReportError> {
     let real: Vec<&crate::clump::Clump> =
         input.clumps.iter().filter(|clump| clump.balls.len() > 1).collect();
     if real.is_empty() {
@@ -387,7 +388,7 @@ fn clumps(input: &PageInput) -> Result<Option<Plain>, ReportError> {
         real.iter().filter_map(|clump| Some((solid(&clump.name)?, *clump))).collect();
     let mut figures = Vec::new();
     if !pairs.is_empty() {
-        let picture = gallery::clumps(&pairs, 6);
+        let picture = gallery::clumps(&pairs, 6, shrink);
         let caption = "Left of each pair the solid, right the clump that stands for it.";
         figures.push(Figure::picture(&picture, "Solids and their clumps", caption)?);
     }
@@ -431,7 +432,7 @@ fn fidelity_row(clump: &crate::clump::Clump) -> Vec<String> {
     row
 }
 
-fn packing(input: &PageInput) -> Result<Option<Plain>, ReportError> {
+fn packing(input: &PageInput, shrink: usize) -> Result<Option<Plain>, ReportError> {
     let Some(packing) = input.packing else { return Ok(None) };
     let measures = &packing.measures;
     let flat = input.model.is_some_and(|model| model.dimension == Dimension::Two);
@@ -473,7 +474,8 @@ fn packing(input: &PageInput) -> Result<Option<Plain>, ReportError> {
     }
     let mut figures = Vec::new();
     if let Some(model) = input.model {
-        let picture = gallery::state(model, &start(model), Colouring::Body, 800, 600);
+        let picture =
+            gallery::state(model, &start(model), Colouring::Body, 800 / shrink, 600 / shrink);
         figures.push(Figure::picture(&picture, "Packing", "Bodies at the start of the run.")?);
     }
     Ok(Some(Plain { facts, figures, ..Plain::default() }))
@@ -527,7 +529,7 @@ fn run(run: &Run) -> Option<Plain> {
     Some(Plain { facts, figures, ..Plain::default() })
 }
 
-fn finals(input: &PageInput, runs: &[&Run]) -> Result<Option<Plain>, ReportError> {
+fn finals(input: &PageInput, runs: &[&Run], shrink: usize) -> Result<Option<Plain>, ReportError> {
     let Some(model) = input.model else { return Ok(None) };
     let mut figures = Vec::new();
     for run in runs {
@@ -535,7 +537,7 @@ fn finals(input: &PageInput, runs: &[&Run]) -> Result<Option<Plain>, ReportError
         else {
             continue;
         };
-        let picture = gallery::state(model, last, Colouring::Body, 560, 420);
+        let picture = gallery::state(model, last, Colouring::Body, 560 / shrink, 420 / shrink);
         let caption = format!("t = {}", with_unit(last.time, "s"));
         figures.push(Figure::picture(&picture, &run.solver, &caption)?);
     }
