@@ -149,15 +149,15 @@ impl Comparison {
         } else if self.ours.outcome != Outcome::Finished {
             "Our own run did not finish; there is nothing sound to compare with.".into()
         } else if failed.is_empty() {
-            format!("{} within tolerance.", count(self.others.len(), "solver"))
+            match self.others.len() {
+                1 => "The other solver agrees within tolerance.".into(),
+                2 => "Both other solvers agree within tolerance.".into(),
+                number => format!("All {number} other solvers agree within tolerance."),
+            }
         } else {
             format!("Outside tolerance: {}.", failed.join(", "))
         }
     }
-}
-
-fn count(number: usize, what: &str) -> String {
-    if number == 1 { format!("1 other {what}") } else { format!("All {number} other {what}s") }
 }
 
 /// Sets `others` (solvers' runs of `model`) against `ours`, and each against its twin.
@@ -302,7 +302,34 @@ impl TwinCheck {
 }
 
 impl Opponent {
+    /// Decides, and says why: faults first.
     fn judge(&mut self, so_far: &Comparison, our_end: f64, their_end: f64) {
+        let mut faults = self.faults_of_the_run(so_far, our_end, their_end);
+        let mut remarks = Vec::new();
+        match &self.twin {
+            None => remarks.push("Not compared with our DEM in its own scheme.".to_owned()),
+            Some(twin) if twin.trajectory.points.is_empty() => {}
+            Some(twin) if twin.agrees == Some(false) => faults.push(twin.sentence(so_far)),
+            Some(twin) => remarks.push(twin.sentence(so_far)),
+        }
+        for row in self.rows.iter().filter(|row| !row.passed) {
+            faults.push(format!(
+                "{} differs by {:.2} %, {:.2} % allowed.",
+                row.quantity.name(),
+                100.0 * row.relative,
+                100.0 * row.allowed
+            ));
+        }
+        if !self.rows.is_empty() && self.rows.iter().all(|row| row.passed) {
+            remarks.push("All statistics of the final state are within tolerance.".into());
+        }
+        remarks.extend(self.against_ours.parting(so_far.window_end));
+        self.passed = faults.is_empty();
+        self.reasons = faults;
+        self.reasons.append(&mut remarks);
+    }
+
+    fn faults_of_the_run(&self, so_far: &Comparison, our_end: f64, their_end: f64) -> Vec<String> {
         let mut faults = Vec::new();
         match &self.side.outcome {
             Outcome::Finished => {}
@@ -319,27 +346,7 @@ impl Opponent {
         } else if (our_end - their_end).abs() > 1e-6 * our_end.abs().max(1e-300) {
             faults.push(format!("It ended at t = {their_end:.6e} s, ours at {our_end:.6e} s."));
         }
-        if let Some(twin) = &self.twin {
-            let sentence = twin.sentence(so_far);
-            if twin.agrees == Some(false) { &mut faults } else { &mut self.reasons }.push(sentence);
-        }
-        for row in self.rows.iter().filter(|row| !row.passed) {
-            faults.push(format!(
-                "{} differs by {:.2} %, {:.2} % allowed.",
-                row.quantity.name(),
-                100.0 * row.relative,
-                100.0 * row.allowed
-            ));
-        }
-        self.passed = faults.is_empty();
-        if self.passed {
-            self.reasons.push("All statistics of the final state are within tolerance.".into());
-        }
-        faults.append(&mut self.reasons);
-        self.reasons = faults;
-        if let Some(sentence) = self.against_ours.chaos_sentence() {
-            self.reasons.push(sentence);
-        }
+        faults
     }
 }
 

@@ -1,8 +1,8 @@
 //! The charts of a report, from runs, comparisons and clumps.
 
 use super::chart::{Axis, Bars, Chart, Series};
-use super::compare::Comparison;
 use super::compare::statistics::Statistics;
+use super::compare::{Comparison, Trajectory};
 use super::gallery::upwards;
 use crate::clump::Clump;
 use crate::model::{Model, Run, SeriesRow};
@@ -103,17 +103,19 @@ fn over_frames(
 
 /// Largest position difference over time: each solver against its twin, and against our run.
 pub fn divergence(comparison: &Comparison) -> Chart {
+    let curve = |name: String, trajectory: &Trajectory| {
+        let points: Vec<_> = trajectory.points.iter().map(|p| (p.time, p.largest)).collect();
+        let equal = !points.is_empty() && points.iter().all(|point| point.1 == 0.0);
+        line(if equal { format!("{name}: equal to the last bit") } else { name }, points)
+    };
     let mut series = Vec::new();
     for other in &comparison.others {
-        let points = |t: &super::compare::Trajectory| {
-            t.points.iter().map(|p| (p.time, p.largest)).collect::<Vec<_>>()
-        };
         let name = &other.side.solver;
         if let Some(twin) = &other.twin {
             let name = format!("{name} – ours as {}", twin.scheme);
-            series.push(line(name, points(&twin.trajectory)));
+            series.push(curve(name, &twin.trajectory));
         }
-        series.push(line(format!("{name} – ours"), points(&other.against_ours)));
+        series.push(curve(format!("{name} – ours"), &other.against_ours));
     }
     Chart {
         title: "How far trajectories are apart".into(),

@@ -159,6 +159,30 @@ pub fn state(
     width: usize,
     height: usize,
 ) -> Picture {
+    state_in(model, frame, container(model, frame), colouring, [width, height])
+}
+
+/// Pictures of several states of a scene to the same scale.
+pub fn states(
+    model: &Model,
+    frames: &[&Frame],
+    colouring: Colouring,
+    width: usize,
+    height: usize,
+) -> Vec<Picture> {
+    let rooms = frames.iter().map(|frame| container(model, frame));
+    let room = rooms.fold(Bounds::EMPTY, |all, one| all.union(&one));
+    let draw = |frame: &&Frame| state_in(model, frame, room, colouring, [width, height]);
+    frames.iter().map(draw).collect()
+}
+
+fn state_in(
+    model: &Model,
+    frame: &Frame,
+    room: Bounds,
+    colouring: Colouring,
+    [width, height]: [usize; 2],
+) -> Picture {
     let flat = model.dimension == Dimension::Two;
     let speeds: Vec<f64> = frame.velocities.iter().map(|v| v.norm()).collect();
     let fastest = speeds.iter().copied().filter(|v| v.is_finite()).fold(0.0, f64::max);
@@ -187,11 +211,12 @@ pub fn state(
         })
         .collect();
     let up = upwards(model);
-    let ground = walls(model, frame, &up, &mut items);
+    let ground = walls(model, frame, &up, room, &mut items);
     let view = if flat { View::flat() } else { View::oblique(&up) };
+    let room = (!room.is_empty()).then_some(room);
     let key = (colouring == Colouring::Speed)
         .then(|| Key { low: "0".into(), high: number::with_unit(fastest, "m/s") });
-    render(&items, &Style { width, height, view, ground: ground.filter(|_| !flat), key })
+    render(&items, &Style { width, height, view, ground: ground.filter(|_| !flat), room, key })
 }
 
 /// The direction that is up: against gravity, or z (y in two dimensions).
@@ -204,8 +229,14 @@ pub(super) fn upwards(model: &Model) -> Vec3 {
 
 /// Adds the walls to `items`: meshes as veils, planes along the axes as
 /// rectangles as large as what they enclose. Gives a point of the floor.
-fn walls(model: &Model, frame: &Frame, up: &Vec3, items: &mut Vec<Item>) -> Option<Vec3> {
-    let shown = container(model, frame);
+fn walls(
+    model: &Model,
+    frame: &Frame,
+    up: &Vec3,
+    room: Bounds,
+    items: &mut Vec<Item>,
+) -> Option<Vec3> {
+    let shown = room;
     let mut ground = None;
     for wall in &model.walls {
         match &wall.shape {
@@ -277,36 +308,150 @@ fn rectangle(bounds: &Bounds, axis: usize, place: f64) -> [Vec3; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::{Motion, Sphere, Wall};
     use crate::report::fixture;
-    use std::path::Path;
+
+    /// Number of pixels whose largest channel stands out from the smallest.
+    fn coloured(picture: &Picture) -> usize {
+        let stands_out = |pixel: &&[u8]| {
+            let (low, high) = pixel.iter().fold((255, 0), |(l, h), v| (l.min(*v), h.max(*v)));
+            high - low > 40
+        };
+        picture.pixels.chunks(3).filter(stands_out).count()
+    }
 
     #[test]
-    fn look() {
-        let t = std::time::Instant::now();
-        let model = fixture::model(10);
+    fn a_state_shows_its_spheres_and_the_same_scale_for_all() {
+        let model = fixture::model(3);
+        let still = fixture::frame(&model, 0, Vec3::zeros());
+        let lifted = fixture::frame(&model, 10, Vec3::z() * 0.03);
+        let alone = state(&model, &still, Colouring::Speed, 80, 60);
+        assert!(coloured(&alone) > 400);
+        let both = states(&model, &[&still, &lifted], Colouring::Speed, 80, 60);
+        assert!(coloured(&both[0]) < coloured(&alone), "room for the other state makes it smaller");
+        let ratio = coloured(&both[0]) as f64 / coloured(&both[1]) as f64;
+        assert!((0.8..1.25).contains(&ratio), "equal scale, {ratio}");
+    }
+
+    #[test]
+    fn two_dimensions_are_seen_from_above() {
+        let mut model = fixture::model(1);
+        model.dimension = Dimension::Two;
+        model.walls.clear();
+        model.spheres.push(Sphere { body: 0, ..model.spheres[0] });
         let mut frame = fixture::frame(&model, 0, Vec3::zeros());
-        for (i, v) in frame.velocities.iter_mut().enumerate() {
-            v.x = (i % 100) as f64 * 1e-3;
-        }
-        for (i, c) in frame.centres.iter_mut().enumerate() {
-            let h = colour::body(i);
-            c.x += (h[0] as f64 - 0.5) * 0.004;
-            c.y += (h[1] as f64 - 0.5) * 0.004;
-            if i % 7 == 0 {
-                c.z += 0.002;
+        frame.centres[1].x += 0.03;
+        let picture = state(&model, &frame, Colouring::Family, 200, 60);
+        // Two discs side by side, nothing between them.
+        let row: Vec<bool> = (0..200).map(|x| picture.pixel(x, 30)[0] < 200).collect();
+        let starts = row.windows(2).filter(|pair| !pair[0] && pair[1]).count();
+        assert!(starts >= 2 && !row[100], "{starts}");
+        assert!(row[40] && row[160]);
+    }
+
+    #[test]
+    fn mesh_walls_and_odd_states_are_no_trouble() {
+        let mut model = fixture::model(2);
+        let mesh = fixture::pebble(Vec3::repeat(0.03), 2);
+        let motion = Motion::Rotate { origin: Vec3::zeros(), axis: Vec3::y(), rate: 1.0 };
+        let shape = WallShape::Mesh { mesh };
+        model.walls.push(Wall { name: "drum".into(), shape, motion, material: 0 });
+        let mut frame = fixture::frame(&model, 3, Vec3::zeros());
+        frame.velocities.clear();
+        frame.centres[3].x = f64::INFINITY;
+        assert!(coloured(&state(&model, &frame, Colouring::Speed, 60, 40)) > 20);
+        frame.centres.clear();
+        assert_eq!(state(&model, &frame, Colouring::Body, 60, 40).pixels.len(), 7200);
+    }
+
+    #[test]
+    fn solids_stand_left_of_their_clumps() {
+        let picture = solid_beside_clump(&fixture::solid("a"), &fixture::clump("a"), 120, 60);
+        let (left, right) = (picture.pixel(30, 30), picture.pixel(90, 30));
+        assert!(left[0] > left[2], "stone is warm, {left:?}");
+        assert!(right[2] > right[0], "clumps are blue, {right:?}");
+        assert_eq!(view_spheres(&[Vec3::zeros()], &[1.0], &[]).width, 800);
+    }
+
+    #[test]
+    fn galleries_spread_over_their_list() {
+        assert_eq!(spread(10, 5), [0, 2, 4, 6, 8]);
+        assert_eq!(spread(3, 5), [0, 1, 2]);
+        let many: Vec<Solid> = (0..7).map(|_| fixture::solid("a")).collect();
+        let picture = solids(&many, 5, 10);
+        assert_eq!((picture.width, picture.height), (4 * 24, 2 * 24));
+        assert_eq!(solids(&[], 5, 10).pixels.len(), 3, "an empty gallery is one blank pixel");
+    }
+
+    #[test]
+    #[ignore]
+    fn look() {
+        let read = |name: &str| -> Mesh {
+            let mut f =
+                std::fs::File::open(format!("/work/shared/data/grains/{name}.stl")).unwrap();
+            let stl = stl_io::read_stl(&mut f).unwrap();
+            Mesh {
+                vertices: stl
+                    .vertices
+                    .iter()
+                    .map(|v| Vec3::new(v[0] as f64, v[1] as f64, v[2] as f64))
+                    .collect(),
+                triangles: stl.faces.iter().map(|f| f.vertices.map(|v| v as u32)).collect(),
+            }
+        };
+        let names = ["67p", "deimos", "gaspra", "halley", "hyperion", "ida", "janus", "vesta"];
+        let all: Vec<Solid> = names
+            .iter()
+            .map(|n| {
+                let mesh = read(n);
+                Solid { name: n.to_string(), mass: mesh.mass_properties(), mesh, recipe: "".into() }
+            })
+            .collect();
+        let w = |p: Picture, n: &str| {
+            p.write(std::path::Path::new(&format!("/tmp/rp_{n}.png"))).unwrap()
+        };
+        w(solids(&all, 24, 1), "grains");
+        w(view_mesh(&all[0].mesh), "mesh");
+        // clumps in a drum
+        let mut model = fixture::model(10);
+        model.walls.truncate(0);
+        let n = 48;
+        let mut drum = Mesh::default();
+        for i in 0..n {
+            let a = i as f64 / n as f64 * std::f64::consts::TAU;
+            for y in [0.0, 0.1] {
+                drum.vertices.push(Vec3::new(0.05 + 0.085 * a.cos(), y, 0.06 + 0.085 * a.sin()));
             }
         }
-        for (n, c) in [("body", Colouring::Body), ("speed", Colouring::Speed)] {
-            state(&model, &frame, c, 800, 600)
-                .write(Path::new(&format!("/tmp/rp_{n}.png")))
-                .unwrap();
-            eprintln!("{n} {:?}", t.elapsed());
+        for i in 0..n {
+            let (a, b) = (2 * i, 2 * ((i + 1) % n));
+            drum.triangles.push([a, b, b + 1]);
+            drum.triangles.push([a, b + 1, a + 1]);
         }
-        let solid = fixture::solid("a");
-        view_mesh(&solid.mesh).write(Path::new("/tmp/rp_mesh.png")).unwrap();
-        solid_beside_clump(&solid, &fixture::clump("a"), 800, 400)
-            .write(Path::new("/tmp/rp_pair.png"))
-            .unwrap();
-        eprintln!("all {:?}", t.elapsed());
+        model.walls.push(Wall {
+            name: "drum".into(),
+            shape: WallShape::Mesh { mesh: drum },
+            motion: Motion::Still,
+            material: 0,
+        });
+        let frame = fixture::frame(&model, 0, Vec3::zeros());
+        w(state(&model, &frame, Colouring::Body, 800, 600), "drum");
+        model.dimension = Dimension::Two;
+        let mut flat = frame.clone();
+        for (i, c) in flat.centres.iter_mut().enumerate() {
+            *c = Vec3::new((i % 40) as f64 * 0.0101, (i / 40) as f64 * 0.0101, 0.0);
+        }
+        for (i, b) in flat.bodies.iter_mut().enumerate() {
+            b.orientation = crate::num::Rotation::from_scaled_axis(Vec3::z() * i as f64);
+        }
+        w(state(&model, &flat, Colouring::Body, 800, 600), "flat");
+        let model = fixture::model(16);
+        let frame = fixture::frame(&model, 0, Vec3::zeros());
+        for _ in 0..3 {
+            let t = std::time::Instant::now();
+            let p = state(&model, &frame, Colouring::Body, 800, 600);
+            eprintln!("{} spheres {:?}", model.spheres.len(), t.elapsed());
+            w(p, "many");
+        }
     }
 }

@@ -10,7 +10,7 @@ use super::camera::{Camera, View};
 use super::colour::{self, Rgb};
 use super::raster::{Canvas, Corner, NOTHING};
 use super::{ReportError, lettering, write_whole};
-use crate::geometry::Mesh;
+use crate::geometry::{Bounds, Mesh};
 use crate::num::Vec3;
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -98,6 +98,9 @@ pub struct Style {
     pub view: View,
     /// A point of the ground that takes shadows; up is that of the view.
     pub ground: Option<Vec3>,
+    /// Room that the picture must have, items or not: the same room gives
+    /// pictures of different states the same scale.
+    pub room: Option<Bounds>,
     /// Colour bar.
     pub key: Option<Key>,
 }
@@ -105,14 +108,15 @@ pub struct Style {
 impl Style {
     /// Oblique view with z up, no ground, no colour bar.
     pub fn new(width: usize, height: usize) -> Self {
-        Self { width, height, view: View::oblique(&Vec3::z()), ground: None, key: None }
+        Self { width, height, view: View::oblique(&Vec3::z()), ground: None, room: None, key: None }
     }
 }
 
 /// Draws `items`. Items with numbers that are not finite are left out.
 pub fn render(items: &[Item], style: &Style) -> Picture {
     let (width, height) = (style.width.max(1) * FINE, style.height.max(1) * FINE);
-    let camera = Camera::fitting(&style.view, extent(items), width as f64, height as f64, 0.045);
+    let content = extent(items).chain(style.room.iter().flat_map(corners_of));
+    let camera = Camera::fitting(&style.view, content, width as f64, height as f64, 0.045);
     let mut canvas = Canvas::new(width, height);
     draw_solids(items, &camera, &mut canvas);
     let shadow = Shadow::cast(items, &camera, style, width.max(height));
@@ -145,6 +149,15 @@ fn extent<'a>(items: &'a [Item]) -> impl Iterator<Item = (Vec3, f64)> + 'a {
             }
         })
         .filter(|(centre, radius)| radius.is_finite() && centre.iter().all(|v| v.is_finite()))
+}
+
+/// The eight corners of a box.
+fn corners_of(bounds: &Bounds) -> impl Iterator<Item = (Vec3, f64)> + use<> {
+    let [low, high] = [bounds.low, bounds.high];
+    (0..8).map(move |corner| {
+        let pick = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
+        (Vec3::new(pick(0), pick(1), pick(2)), 0.0)
+    })
 }
 
 fn draw_solids(items: &[Item], camera: &Camera, canvas: &mut Canvas) {
@@ -645,7 +658,7 @@ mod tests {
     }
 
     #[test]
-    fn veils_tint_and_edges_of_a_box_are_sharp() {
+    fn veils_tint_and_corners_of_a_box_are_sharp() {
         let mesh = crate::report::fixture::pebble(Vec3::repeat(1.0), 0);
         assert_eq!(sharp_edges(&mesh).len(), 12);
         let round = crate::report::fixture::pebble(Vec3::repeat(1.0), 4);

@@ -531,15 +531,17 @@ fn run(run: &Run) -> Option<Plain> {
 
 fn finals(input: &PageInput, runs: &[&Run], shrink: usize) -> Result<Option<Plain>, ReportError> {
     let Some(model) = input.model else { return Ok(None) };
+    let fits = |frame: &&Frame| frame.centres.len() == model.spheres.len();
+    let shown: Vec<(&str, &Frame)> = runs
+        .iter()
+        .filter_map(|run| Some((run.solver.as_str(), run.frames.last().filter(fits)?)))
+        .collect();
+    let frames: Vec<&Frame> = shown.iter().map(|(_, frame)| *frame).collect();
+    let pictures = gallery::states(model, &frames, Colouring::Body, 560 / shrink, 420 / shrink);
     let mut figures = Vec::new();
-    for run in runs {
-        let Some(last) = run.frames.last().filter(|f| f.centres.len() == model.spheres.len())
-        else {
-            continue;
-        };
-        let picture = gallery::state(model, last, Colouring::Body, 560 / shrink, 420 / shrink);
-        let caption = format!("t = {}", with_unit(last.time, "s"));
-        figures.push(Figure::picture(&picture, &run.solver, &caption)?);
+    for ((solver, frame), picture) in shown.iter().zip(&pictures) {
+        let caption = format!("t = {}", with_unit(frame.time, "s"));
+        figures.push(Figure::picture(picture, solver, &caption)?);
     }
     let remarks = vec!["The same body has the same colour everywhere.".into()];
     Ok((!figures.is_empty()).then(|| Plain { figures, remarks, ..Plain::default() }))

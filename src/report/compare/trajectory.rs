@@ -68,15 +68,22 @@ impl Trajectory {
         }
     }
 
-    /// Says plainly that trajectories have parted, and why that is no failure.
-    pub fn chaos_sentence(&self) -> Option<String> {
+    /// Says plainly that trajectories have parted, and whether that means
+    /// something; `window_end` as in [`super::Comparison`].
+    pub fn parting(&self, window_end: f64) -> Option<String> {
         let leaves = self.leaves_at?;
+        if leaves <= window_end {
+            return Some(format!(
+                "Sphere by sphere it parts from our run at t = {leaves:.3e} s, too early for chaos: \
+                 schemes or contact laws differ."
+            ));
+        }
         let growth = self.growth_time.map_or(String::new(), |time| {
             format!(", small differences growing e-fold in {time:.1e} s")
         });
         Some(format!(
-            "Sphere by sphere it leaves our own scheme's run at t = {leaves:.3e} s{growth}: contact \
-             dynamics is chaotic, from then on only statistics can be compared."
+            "Sphere by sphere it parts from our run at t = {leaves:.3e} s{growth}: contact dynamics \
+             is chaotic, from then on only statistics can be compared."
         ))
     }
 }
