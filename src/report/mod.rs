@@ -1,1 +1,58 @@
-//! (report)
+//! What came out, for people: comparison of solvers, charts, pictures, one HTML page.
+//!
+//! * [`compare::compare`] sets the runs of other solvers, and of our own DEM in
+//!   their schemes, against our run: [`compare::Comparison`], JSON and CSV.
+//! * [`chart::Chart`] and [`chart::Bars`] draw themselves as SVG text.
+//! * [`picture::render`] draws spheres, discs and surfaces into a
+//!   [`picture::Picture`]; [`gallery`] knows how meshes, clumps and whole states look.
+//! * [`page::page`] puts all of it into one self-contained page.
+
+pub mod base64;
+pub mod camera;
+pub mod chart;
+pub mod colour;
+pub mod compare;
+pub mod curves;
+#[cfg(test)]
+mod fixture;
+pub mod gallery;
+pub mod lettering;
+pub mod number;
+pub mod page;
+pub mod picture;
+pub mod raster;
+mod sections;
+
+use std::path::{Path, PathBuf};
+
+/// What can go wrong with a report.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    /// A file could not be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        source: std::io::Error,
+    },
+    /// The picture could not be turned into a PNG file.
+    #[error("cannot encode the picture: {0}")]
+    Png(#[from] png::EncodingError),
+    /// The page template does not fit its data.
+    #[error("cannot fill the report page: {0}")]
+    Template(#[from] tera::Error),
+    /// The comparison could not be turned into JSON.
+    #[error("cannot write the comparison as JSON: {0}")]
+    Json(#[from] serde_json::Error),
+}
+
+/// Writes a whole file or nothing: to a temporary beside it, then renamed.
+pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
+    let fault = |source| ReportError::Write { path: path.to_owned(), source };
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(".part");
+    let temporary = path.with_file_name(name);
+    std::fs::write(&temporary, bytes).map_err(fault)?;
+    std::fs::rename(&temporary, path).map_err(fault)
+}

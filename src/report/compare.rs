@@ -1,0 +1,534 @@
+//! Runs of several solvers on one model, set against each other.
+//!
+//! Two questions, kept apart because contact dynamics of many bodies is chaotic
+//! (a difference of one rounding grows e-fold within some ten contact durations):
+//! 1. *Is it the same computation?* Each solver is compared, sphere by sphere,
+//!    with its twin: our DEM in that solver's own scheme and law. In the window
+//!    that opens with the first contact and lasts
+//!    [`Tolerances::contact_durations`], they must agree to
+//!    [`Tolerances::trajectory`]. After it, parting is reported, not judged.
+//! 2. *Is it the same bed?* Statistics of the final state ([`statistics`]),
+//!    computed from sphere positions and velocities in the same way for every
+//!    run, must agree with ours to their tolerances.
+//!
+//! A solver passes when it finished and both answers are yes. When no frame lies
+//! in the window, the first question counts as not answered and says so.
+//! Cost O(frames × spheres).
+
+pub mod statistics;
+pub mod tolerances;
+pub mod trajectory;
+mod write;
+
+pub use statistics::{Quantity, Statistics};
+pub use tolerances::Tolerances;
+pub use trajectory::{Divergence, Trajectory};
+
+use crate::model::{Cost, Frame, Model, Outcome, Run};
+use serde::{Deserialize, Serialize};
+use statistics::Region;
+
+/// Our own DEM in the scheme and law of another solver.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Twin {
+    /// Index of that solver's run in the list given to [`compare`].
+    pub of: usize,
+    /// Key of the scheme, for people: "liggghts", "yade".
+    pub scheme: String,
+    /// The run.
+    pub run: Run,
+}
+
+/// How far the solvers agree.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Comparison {
+    /// Title of the scene.
+    pub title: String,
+    /// What was asked for.
+    pub tolerances: Tolerances,
+    /// Unit of trajectory differences: radius of the smallest sphere, m.
+    pub smallest_radius: f64,
+    /// Shortest duration of an undamped contact, s: π √(m/kn) over all pairs' least
+    /// reduced mass and largest stiffness.
+    pub contact_duration: f64,
+    /// Time of the first contact in our run, s.
+    pub first_contact: f64,
+    /// End of the window in which twins must agree, s.
+    pub window_end: f64,
+    /// What kinetic energies are compared with, J: [`energy_scale`].
+    pub energy_scale: f64,
+    /// Our run.
+    pub ours: Side,
+    /// Each other solver.
+    pub others: Vec<Opponent>,
+}
+
+/// One run by itself.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Side {
+    /// Who ran it.
+    pub solver: String,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Final state; `None` if there is none that can be measured.
+    pub statistics: Option<Statistics>,
+    /// What it cost.
+    pub cost: Cost,
+    /// What this solver could not express or did differently.
+    pub notes: Vec<String>,
+}
+
+/// Another solver against us.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Opponent {
+    /// The run by itself.
+    pub side: Side,
+    /// Passed or not.
+    pub passed: bool,
+    /// Why, one sentence each, for people.
+    pub reasons: Vec<String>,
+    /// Sphere by sphere against our run in our own scheme; reported, not judged.
+    pub against_ours: Trajectory,
+    /// Sphere by sphere against the twin.
+    pub twin: Option<TwinCheck>,
+    /// Final state against ours.
+    pub rows: Vec<Row>,
+}
+
+/// A solver against our DEM in its own scheme.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TwinCheck {
+    /// Key of the scheme.
+    pub scheme: String,
+    /// Sphere by sphere.
+    pub trajectory: Trajectory,
+    /// Largest difference within the window, smallest radii; `None`: no frame in the window.
+    pub worst_in_window: Option<f64>,
+    /// Frames within the window, the one at time 0 not counted.
+    pub frames_in_window: usize,
+    /// Within tolerance throughout the window; `None`: not answered.
+    pub agrees: Option<bool>,
+}
+
+/// One quantity of the final state.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// Which.
+    pub quantity: Quantity,
+    /// In our run.
+    pub ours: f64,
+    /// In the other solver's run.
+    pub theirs: f64,
+    /// (theirs − ours) / scale.
+    pub relative: f64,
+    /// What differences are divided by, in the unit of the quantity.
+    pub scale: f64,
+    /// Largest |relative| that passes: the tolerance, or the scatter of chance where that is larger.
+    pub allowed: f64,
+    /// The part of `allowed` that stands for chance: two standard errors of the
+    /// difference; 0 where trajectories still agree at the end.
+    pub chance: f64,
+    /// |relative| ≤ allowed.
+    pub passed: bool,
+}
+
+impl Comparison {
+    /// True if our run finished, there is at least one other solver, and all of them pass.
+    pub fn passed(&self) -> bool {
+        self.ours.outcome == Outcome::Finished
+            && !self.others.is_empty()
+            && self.others.iter().all(|other| other.passed)
+    }
+
+    /// The outcome in one line for people.
+    pub fn verdict(&self) -> String {
+        let failed: Vec<&str> =
+            self.others.iter().filter(|o| !o.passed).map(|o| o.side.solver.as_str()).collect();
+        if self.others.is_empty() {
+            "Nothing was compared: no other solver ran.".into()
+        } else if self.ours.outcome != Outcome::Finished {
+            "Our own run did not finish; there is nothing sound to compare with.".into()
+        } else if failed.is_empty() {
+            match self.others.len() {
+                1 => "The other solver agrees within tolerance.".into(),
+                2 => "Both other solvers agree within tolerance.".into(),
+                number => format!("All {number} other solvers agree within tolerance."),
+            }
+        } else {
+            format!("Outside tolerance: {}.", failed.join(", "))
+        }
+    }
+}
+
+/// Sets `others` (solvers' runs of `model`) against `ours`, and each against its twin.
+///
+/// Runs that failed, hold no frames, frames of another number of spheres or
+/// numbers that are not finite do not pass; nothing of them reaches the result.
+pub fn compare(
+    model: &Model,
+    ours: &Run,
+    others: &[Run],
+    twins: &[Twin],
+    tolerances: &Tolerances,
+) -> Comparison {
+    let smallest = model.spheres.iter().map(|s| s.radius).fold(f64::INFINITY, f64::min);
+    let smallest_radius = if smallest.is_finite() { smallest } else { 1.0 };
+    let contact_duration = contact_duration(model);
+    let first_contact = first_contact(model, ours);
+    let window_end = first_contact + tolerances.contact_durations * contact_duration;
+    let last = usable(model, ours).and_then(|frames| frames.last());
+    let region = Region::of(model, last);
+    let mut comparison = Comparison {
+        title: model.title.clone(),
+        tolerances: tolerances.clone(),
+        smallest_radius,
+        contact_duration,
+        first_contact,
+        window_end,
+        energy_scale: energy_scale(model, ours),
+        ours: side(model, ours, &region),
+        others: Vec::new(),
+    };
+    for (index, other) in others.iter().enumerate() {
+        let twin = twins.iter().find(|twin| twin.of == index);
+        let opponent = oppose(model, ours, other, twin, &region, &comparison);
+        comparison.others.push(opponent);
+    }
+    comparison
+}
+
+/// The frames of a run, if all of them fit the model and are finite.
+fn usable<'a>(model: &Model, run: &'a Run) -> Option<&'a [Frame]> {
+    let spheres = model.spheres.len();
+    let sound = |frame: &Frame| {
+        let vectors = frame.centres.iter().chain(&frame.velocities);
+        frame.centres.len() == spheres
+            && frame.velocities.len() == spheres
+            && frame.time.is_finite()
+            && vectors.flat_map(|v| v.iter()).all(|v| v.is_finite())
+            && frame.kinetic_energy(model).is_finite()
+    };
+    (!run.frames.is_empty() && run.frames.iter().all(sound)).then_some(run.frames.as_slice())
+}
+
+fn side(model: &Model, run: &Run, region: &Region) -> Side {
+    let last = usable(model, run).and_then(|frames| frames.last());
+    Side {
+        solver: run.solver.clone(),
+        outcome: run.outcome.clone(),
+        statistics: last.map(|frame| Statistics::of(model, frame, region)),
+        cost: run.cost,
+        notes: run.notes.clone(),
+    }
+}
+
+fn oppose(
+    model: &Model,
+    ours: &Run,
+    other: &Run,
+    twin: Option<&Twin>,
+    region: &Region,
+    so_far: &Comparison,
+) -> Opponent {
+    let tolerances = &so_far.tolerances;
+    let pair = |a: &Run, b: &Run| match (usable(model, a), usable(model, b)) {
+        (Some(a), Some(b)) => Trajectory::between(
+            a,
+            b,
+            model.plan.step,
+            so_far.smallest_radius,
+            tolerances.trajectory,
+        ),
+        _ => Trajectory::default(),
+    };
+    let against_ours = pair(ours, other);
+    let twin = twin.map(|twin| TwinCheck::new(twin, pair(&twin.run, other), so_far));
+    let side = side(model, other, region);
+    let parted = against_ours.leaves_at.is_some();
+    let rows = match (&so_far.ours.statistics, &side.statistics) {
+        (Some(a), Some(b)) => statistics::rows(a, b, so_far, parted),
+        _ => Vec::new(),
+    };
+    let mut opponent =
+        Opponent { side, passed: false, reasons: Vec::new(), against_ours, twin, rows };
+    opponent.judge(so_far, last_time(ours), last_time(other));
+    opponent
+}
+
+fn last_time(run: &Run) -> f64 {
+    run.frames.last().map_or(0.0, |frame| frame.time)
+}
+
+impl TwinCheck {
+    fn new(twin: &Twin, trajectory: Trajectory, so_far: &Comparison) -> Self {
+        let slack = 1.0 + 1e-9;
+        let inside = trajectory
+            .points
+            .iter()
+            .filter(|point| point.time > 0.0 && point.time <= so_far.window_end * slack);
+        let frames_in_window = inside.clone().count();
+        let worst_in_window = inside.map(|point| point.largest).reduce(f64::max);
+        // A pair that never leaves the tolerance agrees, however sparse its frames are.
+        let never_left = trajectory.points.len() > 1 && trajectory.leaves_at.is_none();
+        let agrees = worst_in_window
+            .map(|worst| worst <= so_far.tolerances.trajectory)
+            .or(never_left.then_some(true));
+        Self { scheme: twin.scheme.clone(), trajectory, worst_in_window, frames_in_window, agrees }
+    }
+
+    fn sentence(&self, so_far: &Comparison) -> String {
+        let limit = so_far.tolerances.trajectory;
+        let until = so_far.window_end;
+        let scheme = &self.scheme;
+        match (self.agrees, self.worst_in_window) {
+            (Some(true), Some(worst)) => format!(
+                "Same computation: differs from our DEM in the scheme {scheme} by at most {worst:.1e} \
+                 smallest radii until t = {until:.3e} s ({limit:.0e} allowed)."
+            ),
+            (Some(true), None) => format!(
+                "Same computation: never more than {limit:.0e} smallest radii from our DEM in the scheme {scheme}."
+            ),
+            (Some(false), worst) => format!(
+                "Not the same computation: {:.1e} smallest radii from our DEM in the scheme {scheme} \
+                 before t = {until:.3e} s, {limit:.0e} allowed.",
+                worst.unwrap_or(0.0)
+            ),
+            (None, _) => format!(
+                "Whether it is the same computation was not answered: no common frame after the start \
+                 and before t = {until:.3e} s. Write frames more often."
+            ),
+        }
+    }
+}
+
+impl Opponent {
+    /// Decides, and says why: faults first.
+    fn judge(&mut self, so_far: &Comparison, our_end: f64, their_end: f64) {
+        let mut faults = self.faults_of_the_run(so_far, our_end, their_end);
+        let mut remarks = Vec::new();
+        match &self.twin {
+            None => remarks.push("Not compared with our DEM in its own scheme.".to_owned()),
+            Some(twin) if twin.trajectory.points.is_empty() => {}
+            Some(twin) if twin.agrees == Some(false) => faults.push(twin.sentence(so_far)),
+            Some(twin) => remarks.push(twin.sentence(so_far)),
+        }
+        for row in self.rows.iter().filter(|row| !row.passed) {
+            faults.push(format!(
+                "{} differs by {:.2} %, {:.2} % allowed.",
+                row.quantity.name(),
+                100.0 * row.relative,
+                100.0 * row.allowed
+            ));
+        }
+        if !self.rows.is_empty() && self.rows.iter().all(|row| row.passed) {
+            remarks.push("All statistics of the final state are within tolerance.".into());
+        }
+        remarks.extend(self.against_ours.parting(so_far.window_end));
+        self.passed = faults.is_empty();
+        self.reasons = faults;
+        self.reasons.append(&mut remarks);
+    }
+
+    fn faults_of_the_run(&self, so_far: &Comparison, our_end: f64, their_end: f64) -> Vec<String> {
+        let mut faults = Vec::new();
+        match &self.side.outcome {
+            Outcome::Finished => {}
+            Outcome::Cancelled { step } => faults.push(format!("It was stopped at step {step}.")),
+            Outcome::Stopped { time, reason, .. } => {
+                faults.push(format!("It stopped at t = {time:.3e} s: {reason}"));
+            }
+            Outcome::Failed { reason } => faults.push(format!("It failed: {reason}")),
+        }
+        if self.side.statistics.is_none() {
+            faults.push("It gave no complete set of finite positions and velocities.".into());
+        } else if so_far.ours.statistics.is_none() {
+            faults.push("Our own run has no final state to compare with.".into());
+        } else if (our_end - their_end).abs() > 1e-6 * our_end.abs().max(1e-300) {
+            faults.push(format!("It ended at t = {their_end:.6e} s, ours at {our_end:.6e} s."));
+        }
+        faults
+    }
+}
+
+/// Shortest undamped contact, s; the largest stiffness with the least reduced mass.
+fn contact_duration(model: &Model) -> f64 {
+    let mass = model.bodies.iter().map(|body| body.mass).fold(f64::INFINITY, f64::min);
+    let size = model.contacts.size() as u16;
+    let pairs = (0..size).flat_map(|a| (0..size).map(move |b| (a, b)));
+    let stiffness = pairs.map(|(a, b)| model.contacts.between(a, b).kn).fold(0.0, f64::max);
+    let duration = std::f64::consts::PI * (0.5 * mass / stiffness).sqrt();
+    if duration.is_finite() { duration } else { model.plan.step }
+}
+
+/// Time of the first row of our series (else frame) with a contact, s; the end
+/// of the run if there is none.
+fn first_contact(model: &Model, ours: &Run) -> f64 {
+    if !ours.series.is_empty() {
+        // The contact may be as old as the row before.
+        let touched = ours.series.iter().position(|row| row.contacts > 0);
+        return match touched {
+            Some(0) => 0.0,
+            Some(at) => ours.series[at - 1].time,
+            None => last_time(ours),
+        };
+    }
+    let frames = usable(model, ours).unwrap_or(&[]);
+    let touches = |frame: &&Frame| !statistics::touching(model, &frame.centres).is_empty();
+    frames.iter().find(touches).map_or(0.0, |frame| frame.time)
+}
+
+/// What kinetic energies are compared with, J: the largest of our run's kinetic
+/// energies, the potential energy it released, and the work of moving walls. A
+/// bed at rest keeps a kinetic energy near 0, relative to which every difference
+/// would be large.
+fn energy_scale(model: &Model, ours: &Run) -> f64 {
+    let frames = usable(model, ours).unwrap_or(&[]);
+    let weight = |frame: &Frame| -> f64 {
+        let bodies = frame.bodies.iter().zip(&model.bodies);
+        bodies.map(|(state, body)| -body.mass * model.gravity.dot(&state.position)).sum()
+    };
+    let kinetic = frames.iter().map(|frame| frame.kinetic_energy(model));
+    let released = match (frames.first(), frames.last()) {
+        (Some(first), Some(last)) => weight(first) - weight(last),
+        _ => 0.0,
+    };
+    let rows = ours.series.iter().flat_map(|row| [row.kinetic, row.wall_work.abs()]);
+    kinetic.chain([released]).chain(rows).filter(|v| v.is_finite()).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::num::Vec3;
+    use crate::report::fixture;
+
+    fn scene() -> (Model, Run) {
+        let model = fixture::model(3);
+        let ours = fixture::run(&model, "riprap (leapfrog)", |_| Vec3::zeros());
+        (model, ours)
+    }
+
+    fn twin(run: &Run) -> Twin {
+        Twin { of: 0, scheme: "liggghts".into(), run: run.clone() }
+    }
+
+    #[test]
+    fn equal_runs_agree_in_everything() {
+        let (model, ours) = scene();
+        let other = Run { solver: "LIGGGHTS 3.8.0".into(), ..ours.clone() };
+        let found = compare(&model, &ours, &[other], &[twin(&ours)], &Tolerances::default());
+        assert!(found.passed(), "{:#?}", found.others[0].reasons);
+        assert_eq!(found.others[0].rows.len(), 8);
+        assert!(found.others[0].rows.iter().all(|row| row.relative == 0.0 && row.chance == 0.0));
+        assert_eq!(found.others[0].twin.as_ref().and_then(|t| t.worst_in_window), Some(0.0));
+    }
+
+    #[test]
+    fn a_wrong_computation_fails_and_says_so() {
+        let (model, ours) = scene();
+        // A hundredth of a radius off from the first frame on.
+        let shift = |step: u64| if step > 0 { Vec3::x() * 5e-5 } else { Vec3::zeros() };
+        let other = fixture::run(&model, "LIGGGHTS 3.8.0", shift);
+        let found = compare(&model, &ours, &[other], &[twin(&ours)], &Tolerances::default());
+        let opponent = &found.others[0];
+        assert!(!found.passed());
+        assert!(opponent.rows.iter().all(|row| row.passed), "the bed is the same");
+        assert!(opponent.reasons[0].contains("Not the same computation"), "{:?}", opponent.reasons);
+        let worst = opponent.twin.as_ref().and_then(|t| t.worst_in_window).expect("frames");
+        assert!((worst - 0.01).abs() < 1e-9);
+    }
+
+    #[test]
+    fn parting_after_the_window_is_chaos_not_failure() {
+        let (model, ours) = scene();
+        let late = |step: u64| Vec3::x() * (5e-5 * f64::from(u8::from(step >= 800)));
+        let other = fixture::run(&model, "LIGGGHTS 3.8.0", late);
+        let tolerances = Tolerances { contact_durations: 10.0, ..Tolerances::default() };
+        let found = compare(&model, &ours, &[other], &[twin(&ours)], &tolerances);
+        // tc = π √(m/2 / kn), m = ρ 4/3 π r³.
+        let mass = 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * 0.005_f64.powi(3);
+        let expected = std::f64::consts::PI * (0.5 * mass / 1e5_f64).sqrt();
+        assert!((found.contact_duration / expected - 1.0).abs() < 1e-12);
+        assert!(found.window_end < 8e-3 && found.window_end > 1e-3, "{}", found.window_end);
+        assert!(found.passed(), "{:?}", found.others[0].reasons);
+        assert!(found.others[0].reasons.iter().any(|r| r.contains("chaotic")));
+    }
+
+    #[test]
+    fn a_lifted_bed_fails_by_its_height_alone() {
+        let (model, ours) = scene();
+        let other = fixture::run(&model, "YADE", |step| Vec3::z() * (3e-6 * step as f64));
+        let found = compare(&model, &ours, &[other], &[], &Tolerances::default());
+        let failed: Vec<_> =
+            found.others[0].rows.iter().filter(|row| !row.passed).map(|r| r.quantity).collect();
+        assert_eq!(failed, [Quantity::TopHeight, Quantity::MeanHeight, Quantity::Porosity]);
+        let top = found.others[0].rows[0];
+        assert!((top.theirs - top.ours - 3e-3).abs() < 1e-12);
+    }
+
+    #[test]
+    fn kinetic_energy_is_held_against_what_was_put_in() {
+        let (model, ours) = scene();
+        let mut other = ours.clone();
+        let last = other.frames.last_mut().expect("eleven frames");
+        last.bodies[0].velocity = Vec3::x() * 1e-4;
+        let found = compare(&model, &ours, &[other], &[], &Tolerances::default());
+        let row = found.others[0].rows.iter().find(|r| r.quantity == Quantity::Kinetic);
+        let row = row.expect("kinetic energy is always there");
+        assert!(row.ours == 0.0 && row.theirs > 0.0 && row.passed && row.relative < 1e-6);
+        assert!((found.energy_scale - 1e-3).abs() < 1e-12);
+    }
+
+    #[test]
+    fn broken_runs_fail_without_spreading_bad_numbers() {
+        let (model, ours) = scene();
+        let mut bad = ours.clone();
+        bad.frames[4].centres[2].y = f64::NAN;
+        let mut none = ours.clone();
+        none.frames.clear();
+        none.outcome = Outcome::Failed { reason: "lost atoms".into() };
+        let mut short = ours.clone();
+        short.frames.truncate(6);
+        let found = compare(&model, &ours, &[bad, none, short], &[], &Tolerances::default());
+        assert!(found.others.iter().all(|other| !other.passed));
+        assert!(found.others[1].reasons[0].contains("lost atoms"));
+        assert!(found.others[2].reasons.iter().any(|r| r.contains("ended at")));
+        let json = serde_json::to_string(&found).expect("finite numbers");
+        assert!(!json.contains("null,null"), "no NaN was written as null");
+        assert!(!found.csv().contains("NaN"));
+    }
+
+    #[test]
+    fn nothing_compared_is_no_pass() {
+        let (model, ours) = scene();
+        assert!(!compare(&model, &ours, &[], &[], &Tolerances::default()).passed());
+    }
+
+    #[test]
+    fn too_few_frames_leave_the_question_open() {
+        let (model, mut ours) = scene();
+        let mut other = fixture::run(&model, "YADE", |step| Vec3::x() * (5e-8 * step as f64));
+        for run in [&mut ours, &mut other] {
+            run.frames.retain(|frame| frame.step % 1000 == 0);
+        }
+        let tolerances = Tolerances { contact_durations: 5.0, ..Tolerances::default() };
+        let found = compare(&model, &ours, &[other], &[twin(&ours)], &tolerances);
+        assert_eq!(found.others[0].twin.as_ref().and_then(|t| t.agrees), None);
+        assert!(found.others[0].reasons.iter().any(|r| r.contains("not answered")));
+    }
+
+    #[test]
+    fn files_read_back() {
+        let (model, ours) = scene();
+        let other = Run { solver: "LIGGGHTS 3.8.0, \"our\" build".into(), ..ours.clone() };
+        let found = compare(&model, &ours, &[other], &[twin(&ours)], &Tolerances::default());
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        found.write(folder.path()).expect("writable");
+        let json = std::fs::read(folder.path().join("compare.json")).expect("written");
+        assert_eq!(serde_json::from_slice::<Comparison>(&json).expect("JSON"), found);
+        let csv = std::fs::read_to_string(folder.path().join("compare.csv")).expect("written");
+        assert!(csv.contains("\"LIGGGHTS 3.8.0, \"\"our\"\" build\",porosity,,"));
+        let names = std::fs::read_dir(folder.path()).expect("there").count();
+        assert_eq!(names, 2, "no temporary is left behind");
+    }
+}

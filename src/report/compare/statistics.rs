@@ -1,0 +1,491 @@
+//! What a state is like, from sphere positions and velocities alone, so that
+//! every solver is measured in the same way.
+//!
+//! * Up is against gravity; without gravity it is z (y in two dimensions).
+//! * Heights are measured from the floor: an axis-aligned plane that faces up,
+//!   else the lowest point of any sphere in *our* final state, for every run.
+//!   The top is the 95 % quantile of the tops of the spheres, so that a single
+//!   grain on the heap does not decide it.
+//! * Porosity: 1 − V/(A h), h the top height, A the area of the container seen
+//!   from above (between axis-aligned planes, else the extent of mesh walls,
+//!   else the domain), V the volume of bodies beneath the top. A body's volume is mass over density
+//!   (not the sum of overlapping spheres), shared among its spheres by r³, and
+//!   each sphere is cut by the top plane exactly (r² and circular segments in 2-D).
+//! * Contacts: spheres of different bodies whose surfaces touch or overlap.
+//!   Coordination counts touching pairs of bodies: 2 pairs / bodies. The normal
+//!   force is kn δ, the elastic part, which is all of it in a bed at rest.
+//!
+//! Pairs come from a cell grid with cells as wide as the largest sphere: O(n)
+//! for like sizes.
+
+use super::{Comparison, Row};
+use crate::geometry::Bounds;
+use crate::model::{Dimension, Frame, Model, WallShape};
+use crate::num::{Vec3, statistics};
+use crate::report::gallery::upwards;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A statistic of the final state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Quantity {
+    /// 95 % quantile of sphere tops above the floor, m.
+    TopHeight,
+    /// Mean height of body centres above the floor, mass-weighted, m.
+    MeanHeight,
+    /// Root mean square horizontal distance of bodies from their common centre of mass, m.
+    Spread,
+    /// Pore volume over volume beneath the top height.
+    Porosity,
+    /// Kinetic energy, J.
+    Kinetic,
+    /// Mean number of bodies each body touches.
+    Coordination,
+    /// Mean normal force between spheres, N.
+    MeanForce,
+    /// 95 % quantile of the normal forces between spheres, N.
+    HighForce,
+}
+
+impl Quantity {
+    /// Every quantity, in the order of tables.
+    pub const ALL: [Self; 8] = [
+        Self::TopHeight,
+        Self::MeanHeight,
+        Self::Spread,
+        Self::Porosity,
+        Self::Kinetic,
+        Self::Coordination,
+        Self::MeanForce,
+        Self::HighForce,
+    ];
+
+    /// For tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::TopHeight => "Top height (95 %)",
+            Self::MeanHeight => "Mean height",
+            Self::Spread => "Horizontal spread",
+            Self::Porosity => "Porosity",
+            Self::Kinetic => "Kinetic energy",
+            Self::Coordination => "Coordination number",
+            Self::MeanForce => "Mean contact force",
+            Self::HighForce => "Contact force (95 %)",
+        }
+    }
+
+    /// For files.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::TopHeight => "top_height",
+            Self::MeanHeight => "mean_height",
+            Self::Spread => "spread",
+            Self::Porosity => "porosity",
+            Self::Kinetic => "kinetic",
+            Self::Coordination => "coordination",
+            Self::MeanForce => "mean_force",
+            Self::HighForce => "high_force",
+        }
+    }
+
+    /// SI unit; empty for pure numbers.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::TopHeight | Self::MeanHeight | Self::Spread => "m",
+            Self::Kinetic => "J",
+            Self::MeanForce | Self::HighForce => "N",
+            Self::Porosity | Self::Coordination => "",
+        }
+    }
+}
+
+/// The statistics of one state.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Statistics {
+    /// Time of the state, s.
+    pub time: f64,
+    /// [`Quantity::TopHeight`].
+    pub top_height: f64,
+    /// [`Quantity::MeanHeight`].
+    pub mean_height: f64,
+    /// [`Quantity::Spread`].
+    pub spread: f64,
+    /// [`Quantity::Porosity`]; `None` where heights mean nothing (no gravity) or nothing is there.
+    pub porosity: Option<f64>,
+    /// [`Quantity::Kinetic`].
+    pub kinetic: f64,
+    /// [`Quantity::Coordination`].
+    pub coordination: f64,
+    /// Standard error of the coordination number, bodies taken as independent.
+    pub coordination_error: f64,
+    /// Number of sphere–sphere contacts.
+    pub contacts: usize,
+    /// Normal forces of all sphere–sphere contacts, rising, N.
+    pub forces: Vec<f64>,
+}
+
+impl Statistics {
+    /// Measures one state.
+    pub fn of(model: &Model, frame: &Frame, region: &Region) -> Self {
+        let heights: Vec<f64> =
+            frame.centres.iter().map(|c| c.dot(&region.up) - region.base).collect();
+        let tops: Vec<f64> =
+            heights.iter().zip(&model.spheres).map(|(h, s)| h + s.radius).collect();
+        let top_height = statistics::quantile(&tops, 0.95).unwrap_or(0.0);
+        let touches = touching(model, &frame.centres);
+        let mut forces: Vec<f64> = touches.iter().map(|touch| touch.force).collect();
+        forces.sort_by(f64::total_cmp);
+        let (coordination, coordination_error) = coordination(model, &touches);
+        let (mean_height, spread) = middle_and_spread(model, frame, region);
+        Self {
+            time: frame.time,
+            top_height,
+            mean_height,
+            spread,
+            porosity: porosity(model, &heights, top_height, region),
+            kinetic: frame.kinetic_energy(model),
+            coordination,
+            coordination_error,
+            contacts: forces.len(),
+            forces,
+        }
+    }
+
+    /// Value of `quantity`; forces are 0 where nothing touches.
+    pub fn value(&self, quantity: Quantity) -> Option<f64> {
+        match quantity {
+            Quantity::TopHeight => Some(self.top_height),
+            Quantity::MeanHeight => Some(self.mean_height),
+            Quantity::Spread => Some(self.spread),
+            Quantity::Porosity => self.porosity,
+            Quantity::Kinetic => Some(self.kinetic),
+            Quantity::Coordination => Some(self.coordination),
+            Quantity::MeanForce => Some(statistics::mean(&self.forces).unwrap_or(0.0)),
+            Quantity::HighForce => Some(statistics::quantile(&self.forces, 0.95).unwrap_or(0.0)),
+        }
+    }
+
+    /// Standard error of `quantity` from the number of its samples, where chance
+    /// is easily estimated: coordination, mean force, force quantile (order statistics).
+    fn standard_error(&self, quantity: Quantity) -> f64 {
+        let count = self.forces.len() as f64;
+        match quantity {
+            Quantity::Coordination => self.coordination_error,
+            Quantity::MeanForce if count > 1.0 => {
+                let mean = statistics::mean(&self.forces).unwrap_or(0.0);
+                let square: f64 = self.forces.iter().map(|f| (f - mean).powi(2)).sum();
+                (square / (count - 1.0) / count).sqrt()
+            }
+            Quantity::HighForce if count > 1.0 => {
+                let reach = (0.95 * 0.05 / count).sqrt();
+                let at = |place| statistics::quantile(&self.forces, place).unwrap_or(0.0);
+                0.5 * (at(0.95 + reach) - at(0.95 - reach))
+            }
+            _ => 0.0,
+        }
+    }
+}
+
+/// Every quantity of `theirs` against `ours`; `parted`: trajectories no longer
+/// agree at the end, so chance is allowed for.
+pub(super) fn rows(
+    ours: &Statistics,
+    theirs: &Statistics,
+    context: &Comparison,
+    parted: bool,
+) -> Vec<Row> {
+    let tolerances = &context.tolerances;
+    let length = ours.top_height.abs().max(context.smallest_radius);
+    Quantity::ALL
+        .into_iter()
+        .filter_map(|quantity| {
+            let (a, b) = (ours.value(quantity)?, theirs.value(quantity)?);
+            let (tolerance, scale) = match quantity {
+                Quantity::TopHeight | Quantity::MeanHeight => (tolerances.height, length),
+                Quantity::Spread => (tolerances.height, ours.spread.max(context.smallest_radius)),
+                Quantity::Porosity => (tolerances.porosity, a.abs()),
+                Quantity::Kinetic => (tolerances.kinetic, context.energy_scale),
+                Quantity::Coordination => (tolerances.coordination, a.abs()),
+                Quantity::MeanForce | Quantity::HighForce => (tolerances.contact_force, a.abs()),
+            };
+            let scale = if scale > 0.0 { scale } else { a.abs().max(b.abs()).max(1e-300) };
+            let (ea, eb) = (ours.standard_error(quantity), theirs.standard_error(quantity));
+            let chance = if parted { 2.0 * ea.hypot(eb) / scale } else { 0.0 };
+            let (relative, allowed) = ((b - a) / scale, tolerance.max(chance));
+            let passed = relative.abs() <= allowed;
+            Some(Row { quantity, ours: a, theirs: b, relative, scale, allowed, chance, passed })
+        })
+        .collect()
+}
+
+/// The part of space in which porosity is measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Region {
+    /// Unit vector upwards.
+    pub up: Vec3,
+    /// Height of the floor along `up`, m.
+    pub base: f64,
+    /// Area of the container seen from above, m² (length in m in two dimensions);
+    /// `None` without gravity or when gravity is not along an axis.
+    pub area: Option<f64>,
+}
+
+impl Region {
+    /// Of a model whose last state in our run is `last` (else its state at time 0).
+    pub fn of(model: &Model, last: Option<&Frame>) -> Self {
+        let up = upwards(model);
+        let time = last.map_or(0.0, |frame| frame.time);
+        let sides = sides(model, time);
+        let axis = up.iamax();
+        let aligned = up[axis].abs() > 1.0 - 1e-9;
+        let floor =
+            aligned.then(|| if up[axis] > 0.0 { sides.floor[axis] } else { sides.ceiling[axis] });
+        let lowest = || {
+            let initial = model.sphere_centres(&model.initial_states());
+            let centres = last.map_or(&initial, |frame| &frame.centres);
+            let bottoms = centres.iter().zip(&model.spheres).map(|(c, s)| c.dot(&up) - s.radius);
+            let lowest = bottoms.fold(f64::INFINITY, f64::min);
+            if lowest.is_finite() { lowest } else { 0.0 }
+        };
+        let base = floor.flatten().map_or_else(lowest, |place| place * up[axis].signum());
+        let gravity = model.gravity.norm_squared() > 0.0;
+        let size = sides.bounds.size();
+        let across = (0..model.dimension.count()).filter(|other| *other != axis);
+        let area: f64 = across.map(|other| size[other]).product();
+        let area = (gravity && aligned && area.is_finite() && area > 0.0).then_some(area);
+        Self { up, base, area }
+    }
+}
+
+struct Sides {
+    bounds: Bounds,
+    /// Coordinate of the plane that bounds each axis from below, and from above.
+    floor: [Option<f64>; 3],
+    ceiling: [Option<f64>; 3],
+}
+
+/// The container: planes along the axes; where there are none, mesh walls; else the domain.
+fn sides(model: &Model, time: f64) -> Sides {
+    let mut meshes = Bounds::EMPTY;
+    let (mut floor, mut ceiling) = ([None; 3], [None; 3]);
+    for wall in &model.walls {
+        match &wall.shape {
+            WallShape::Mesh { mesh } => {
+                for vertex in &mesh.vertices {
+                    meshes = meshes.with(&wall.motion.place(vertex, time));
+                }
+            }
+            WallShape::Plane { point, .. } => {
+                let Some((axis, _, side)) = wall.shape.axis_plane() else { continue };
+                let place = wall.motion.place(point, time)[axis];
+                if side > 0.0 {
+                    floor[axis] = Some(floor[axis].map_or(place, |old: f64| old.max(place)));
+                } else {
+                    ceiling[axis] = Some(ceiling[axis].map_or(place, |old: f64| old.min(place)));
+                }
+            }
+        }
+    }
+    let mut bounds = if meshes.is_empty() { model.domain } else { meshes };
+    for axis in 0..3 {
+        bounds.low[axis] = floor[axis].unwrap_or(bounds.low[axis]);
+        bounds.high[axis] = ceiling[axis].unwrap_or(bounds.high[axis]);
+    }
+    Sides { bounds, floor, ceiling }
+}
+
+fn middle_and_spread(model: &Model, frame: &Frame, region: &Region) -> (f64, f64) {
+    let bodies = || frame.bodies.iter().zip(&model.bodies);
+    let mass: f64 = bodies().map(|(_, body)| body.mass).sum();
+    if mass <= 0.0 {
+        return (0.0, 0.0);
+    }
+    let middle = bodies().map(|(s, b)| s.position * b.mass).sum::<Vec3>() / mass;
+    let gravity = model.gravity.norm_squared() > 0.0;
+    let square: f64 = bodies()
+        .map(|(state, body)| {
+            let apart = state.position - middle;
+            let flat = if gravity { apart - region.up * apart.dot(&region.up) } else { apart };
+            body.mass * flat.norm_squared()
+        })
+        .sum();
+    (middle.dot(&region.up) - region.base, (square / mass).sqrt())
+}
+
+fn porosity(model: &Model, heights: &[f64], top: f64, region: &Region) -> Option<f64> {
+    let (area, power) = (region.area?, model.dimension.count() as i32);
+    let bulk = area * top;
+    if bulk <= 0.0 || heights.is_empty() {
+        return None;
+    }
+    let mut solid = 0.0;
+    for body in &model.bodies {
+        let volume = body.mass / model.materials[body.material as usize].density;
+        let first = body.first_sphere as usize;
+        let spheres = &model.spheres[first..first + body.sphere_count as usize];
+        let whole: f64 = spheres.iter().map(|s| s.radius.powi(power)).sum();
+        for (at, sphere) in spheres.iter().enumerate() {
+            let below = share_below((top - heights[first + at]) / sphere.radius, model.dimension);
+            solid += volume * sphere.radius.powi(power) / whole * below;
+        }
+    }
+    Some(1.0 - solid / bulk)
+}
+
+/// Share of a unit ball (disc) that lies below the height `h` over its centre.
+fn share_below(h: f64, dimension: Dimension) -> f64 {
+    let h = h.clamp(-1.0, 1.0);
+    match dimension {
+        Dimension::Three => (2.0 + 3.0 * h - h.powi(3)) / 4.0,
+        Dimension::Two => 0.5 + (h.asin() + h * (1.0 - h * h).sqrt()) / std::f64::consts::PI,
+    }
+}
+
+/// Two spheres of different bodies that touch.
+pub(super) struct Touching {
+    pub first: u32,
+    pub second: u32,
+    /// kn δ, N.
+    pub force: f64,
+}
+
+/// All touching pairs of spheres of different bodies, in rising order.
+pub(super) fn touching(model: &Model, centres: &[Vec3]) -> Vec<Touching> {
+    let widest = 2.0 * model.spheres.iter().map(|s| s.radius).fold(0.0, f64::max);
+    let cell = |centre: &Vec3| -> [i64; 3] {
+        std::array::from_fn(|axis| (centre[axis] / widest).floor() as i64)
+    };
+    let mut cells: BTreeMap<[i64; 3], Vec<u32>> = BTreeMap::new();
+    for (index, centre) in centres.iter().enumerate() {
+        cells.entry(cell(centre)).or_default().push(index as u32);
+    }
+    let mut found = Vec::new();
+    for (first, centre) in centres.iter().enumerate() {
+        let [x, y, z] = cell(centre);
+        for near in 0..27 {
+            let place = [x + near % 3 - 1, y + near / 3 % 3 - 1, z + near / 9 - 1];
+            for &second in cells.get(&place).map_or(&[][..], Vec::as_slice) {
+                if second as usize > first {
+                    found.extend(touch(model, centres, first, second as usize));
+                }
+            }
+        }
+    }
+    found.sort_unstable_by_key(|touch| (touch.first, touch.second));
+    found
+}
+
+fn touch(model: &Model, centres: &[Vec3], first: usize, second: usize) -> Option<Touching> {
+    let (a, b) = (&model.spheres[first], &model.spheres[second]);
+    let overlap = a.radius + b.radius - (centres[first] - centres[second]).norm();
+    if a.body == b.body || overlap < 0.0 {
+        return None;
+    }
+    let material = |body: u32| model.bodies[body as usize].material;
+    let contact = model.contacts.between(material(a.body), material(b.body));
+    Some(Touching { first: first as u32, second: second as u32, force: contact.kn * overlap })
+}
+
+/// Mean number of touched bodies a body and its standard error.
+fn coordination(model: &Model, touches: &[Touching]) -> (f64, f64) {
+    let body = |sphere: u32| model.spheres[sphere as usize].body;
+    let mut pairs: Vec<[u32; 2]> = touches
+        .iter()
+        .map(|touch| (body(touch.first), body(touch.second)))
+        .map(|(a, b)| [a.min(b), a.max(b)])
+        .collect();
+    pairs.sort_unstable();
+    pairs.dedup();
+    let count = model.bodies.len() as f64;
+    let mut touched = vec![0.0_f64; model.bodies.len()];
+    for body in pairs.iter().flatten() {
+        touched[*body as usize] += 1.0;
+    }
+    let Some(mean) = statistics::mean(&touched) else { return (0.0, 0.0) };
+    let square: f64 = touched.iter().map(|n| (n - mean).powi(2)).sum();
+    (mean, (square / (count - 1.0).max(1.0) / count).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::fixture;
+
+    #[test]
+    fn a_grid_of_spheres_has_its_closed_forms() {
+        let side = 4;
+        let model = fixture::model(side);
+        let frame = fixture::frame(&model, 0, Vec3::zeros());
+        let region = Region::of(&model, Some(&frame));
+        assert_eq!((region.base, region.up), (0.0, Vec3::z()));
+        let found = Statistics::of(&model, &frame, &region);
+        let n = side as f64;
+        // 3 n²(n−1) contacts between n³ spheres, each overlapping by 0.02 r.
+        assert_eq!(found.contacts, 3 * side * side * (side - 1));
+        assert!((found.coordination - 6.0 * (n - 1.0) / n).abs() < 1e-12);
+        assert!(
+            (found.value(Quantity::MeanForce).expect("touch") / (1e5 * 1e-4) - 1.0).abs() < 1e-9
+        );
+        let (radius, pitch) = (0.005, 0.0099);
+        assert!((found.top_height - ((n - 0.5) * pitch + radius)).abs() < 1e-12);
+        assert!((found.mean_height - 0.5 * n * pitch).abs() < 1e-12);
+        let solid = n.powi(3) * 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+        let bulk = (n * pitch).powi(2) * found.top_height;
+        assert!((found.porosity.expect("a bed") - (1.0 - solid / bulk)).abs() < 1e-12);
+        assert_eq!(found.kinetic, 0.0);
+    }
+
+    #[test]
+    fn shares_below_a_plane() {
+        for dimension in [Dimension::Two, Dimension::Three] {
+            assert_eq!(share_below(-2.0, dimension), 0.0);
+            assert!((share_below(0.0, dimension) - 0.5).abs() < 1e-15);
+            assert!((share_below(1.5, dimension) - 1.0).abs() < 1e-15);
+        }
+        // Cap of height r/2: π h² (3r − h)/3 over 4/3 π r³ = 5/32.
+        assert!((share_below(-0.5, Dimension::Three) - 5.0 / 32.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_cell_grid_finds_what_all_pairs_find() {
+        let mut model = fixture::model(5);
+        let mut stream = crate::num::random::stream(3, "test", 0);
+        for sphere in &mut model.spheres {
+            sphere.radius *= crate::num::random::uniform(&mut stream, 0.3, 1.2);
+        }
+        let centres: Vec<Vec3> = model
+            .sphere_centres(&model.initial_states())
+            .iter()
+            .map(|c| c - Vec3::repeat(0.02) + crate::num::random::direction(&mut stream) * 0.003)
+            .collect();
+        let quick: Vec<_> =
+            touching(&model, &centres).iter().map(|t| (t.first, t.second)).collect();
+        let mut plain = Vec::new();
+        for a in 0..centres.len() {
+            for b in a + 1..centres.len() {
+                plain.extend(touch(&model, &centres, a, b).map(|t| (t.first, t.second)));
+            }
+        }
+        assert!(plain.len() > 50);
+        assert_eq!(quick, plain);
+    }
+
+    #[test]
+    fn clumps_count_bodies_not_spheres() {
+        let mut model = fixture::model(2);
+        // Bodies 0 and 1 become one clump of two spheres.
+        model.spheres[1].body = 0;
+        model.spheres[1].offset = model.bodies[1].position - model.bodies[0].position;
+        model.bodies[0].sphere_count = 2;
+        model.bodies.remove(1);
+        for sphere in &mut model.spheres[2..] {
+            sphere.body -= 1;
+        }
+        let centres = model.sphere_centres(&model.initial_states());
+        let touches = touching(&model, &centres);
+        assert_eq!(touches.len(), 11, "one of the 12 contacts is inside the clump");
+        let (mean, _) = coordination(&model, &touches);
+        assert!((mean - 2.0 * 11.0 / 7.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,198 @@
+//! The charts of a report, from runs, comparisons and clumps.
+
+use super::chart::{Axis, Bars, Chart, Series};
+use super::compare::statistics::Statistics;
+use super::compare::{Comparison, Trajectory};
+use super::gallery::upwards;
+use crate::clump::Clump;
+use crate::model::{Model, Run, SeriesRow};
+use crate::num::statistics::quantile;
+
+fn line(name: impl Into<String>, points: Vec<(f64, f64)>) -> Series {
+    Series { name: name.into(), points }
+}
+
+/// Kinetic, elastic, gravitational and dissipated energy and the work of walls
+/// over time; terms that are 0 throughout are left out.
+pub fn energies(rows: &[SeriesRow]) -> Chart {
+    type Term = (&'static str, fn(&SeriesRow) -> f64);
+    let terms: [Term; 8] = [
+        ("kinetic", |r| r.kinetic),
+        ("elastic", |r| r.elastic),
+        ("gravitational", |r| r.gravitational),
+        ("normal dashpot", |r| r.normal_dashpot),
+        ("tangential dashpot", |r| r.tangential_dashpot),
+        ("slip", |r| r.slip),
+        ("local damping", |r| r.local_damping),
+        ("work of walls", |r| r.wall_work),
+    ];
+    let series = terms
+        .into_iter()
+        .filter(|(_, value)| rows.iter().any(|row| value(row) != 0.0))
+        .map(|(name, value)| line(name, rows.iter().map(|row| (row.time, value(row))).collect()))
+        .collect();
+    Chart {
+        title: "Energy ledger of our DEM".into(),
+        caption: "Dissipated energies and the work of walls are sums since the start; potential \
+                  energy is relative to the start. Terms that are 0 throughout are left out."
+            .into(),
+        x: Axis::linear("time", "s"),
+        y: Axis::linear("energy", "J"),
+        series,
+        mark: None,
+    }
+}
+
+/// |energy error| over time, relative to the largest energy of the ledger.
+pub fn energy_error(rows: &[SeriesRow]) -> Chart {
+    let scale = rows
+        .iter()
+        .flat_map(|r| [r.kinetic, r.elastic, r.gravitational.abs(), r.wall_work.abs()])
+        .fold(0.0, f64::max);
+    let points = rows.iter().map(|row| (row.time, row.energy_error.abs() / scale)).collect();
+    Chart {
+        title: "Energy that the ledger misses".into(),
+        caption:
+            "Size of (kinetic + elastic + gravitational + dissipated − work of walls − start) \
+                  over the largest term. It closes equally well for schemes whose trajectories \
+                  differ a hundredfold: a check of consistency, not of accuracy."
+                .into(),
+        x: Axis::linear("time", "s"),
+        y: Axis::log("energy error / largest energy", ""),
+        series: vec![line("energy error", points)],
+        mark: None,
+    }
+}
+
+/// Top of the bed (95 % quantile of sphere tops, along up) over time for every run.
+pub fn heights(model: &Model, runs: &[&Run]) -> Chart {
+    let up = upwards(model);
+    over_frames("Top of the bed", "height of the top (95 %)", "m", runs, |frame| {
+        let tops: Vec<f64> =
+            frame.centres.iter().zip(&model.spheres).map(|(c, s)| c.dot(&up) + s.radius).collect();
+        quantile(&tops, 0.95).unwrap_or(f64::NAN)
+    })
+}
+
+/// Kinetic energy over time for every run.
+pub fn kinetic(model: &Model, runs: &[&Run]) -> Chart {
+    let mut chart = over_frames("Kinetic energy", "kinetic energy", "J", runs, |frame| {
+        frame.kinetic_energy(model)
+    });
+    chart.y.log = true;
+    chart
+}
+
+fn over_frames(
+    title: &str,
+    label: &str,
+    unit: &str,
+    runs: &[&Run],
+    value: impl Fn(&crate::model::Frame) -> f64,
+) -> Chart {
+    let points = |run: &Run| run.frames.iter().map(|f| (f.time, value(f))).collect();
+    Chart {
+        title: title.into(),
+        caption: String::new(),
+        x: Axis::linear("time", "s"),
+        y: Axis::linear(label, unit),
+        series: runs.iter().map(|run| line(run.solver.clone(), points(run))).collect(),
+        mark: None,
+    }
+}
+
+/// Largest position difference over time: each solver against its twin, and against our run.
+pub fn divergence(comparison: &Comparison) -> Chart {
+    let curve = |name: String, trajectory: &Trajectory| {
+        let points: Vec<_> = trajectory.points.iter().map(|p| (p.time, p.largest)).collect();
+        let equal = !points.is_empty() && points.iter().all(|point| point.1 == 0.0);
+        line(if equal { format!("{name}: equal to the last bit") } else { name }, points)
+    };
+    let mut series = Vec::new();
+    for other in &comparison.others {
+        let name = &other.side.solver;
+        if let Some(twin) = &other.twin {
+            let name = format!("{name} – ours as {}", twin.scheme);
+            series.push(curve(name, &twin.trajectory));
+        }
+        series.push(curve(format!("{name} – ours"), &other.against_ours));
+    }
+    Chart {
+        title: "How far trajectories are apart".into(),
+        caption: format!(
+            "Largest distance of any sphere from where the other run has it, in radii of the \
+             smallest sphere. Times at which two runs agree to the last bit are not drawn. Twins are \
+             judged until t = {:.3e} s.",
+            comparison.window_end
+        ),
+        x: Axis::linear("time", "s"),
+        y: Axis::log("largest distance / smallest radius", ""),
+        series,
+        mark: Some((comparison.tolerances.trajectory, "tolerance".into())),
+    }
+}
+
+/// Share of contacts with more than a given normal force, for every run.
+pub fn forces(sides: &[(&str, &Statistics)]) -> Chart {
+    let curve = |found: &Statistics| {
+        let count = found.forces.len();
+        found
+            .forces
+            .iter()
+            .enumerate()
+            .map(|(below, force)| (*force, (count - below) as f64 / count as f64))
+            .collect()
+    };
+    Chart {
+        title: "Contact forces of the final state".into(),
+        caption: "Share of the contacts between spheres that carry at least this normal force \
+                  (elastic part, from the overlaps, in the same way for every run)."
+            .into(),
+        x: Axis::linear("normal force", "N"),
+        y: Axis::log("share of contacts", ""),
+        series: sides.iter().map(|(name, found)| line(*name, curve(found))).collect(),
+        mark: None,
+    }
+}
+
+/// CPU seconds of every run.
+pub fn cpu(runs: &[&Run]) -> Bars {
+    Bars {
+        title: "CPU time".into(),
+        caption: "User and system time of the whole run: start-up and output included.".into(),
+        unit: "s".into(),
+        bars: runs.iter().map(|run| (run.solver.clone(), run.cost.cpu_seconds)).collect(),
+    }
+}
+
+/// Root mean square surface distance of clumps, in equivalent diameters, over
+/// their number of spheres; `None` unless at least two have errors.
+pub fn fidelity(clumps: &[Clump]) -> Option<Chart> {
+    let sorted = |value: fn(&crate::clump::Fidelity) -> f64| {
+        let mut points: Vec<(f64, f64)> = clumps
+            .iter()
+            .filter_map(|clump| {
+                let found = clump.fidelity.as_ref()?;
+                Some((clump.balls.len() as f64, value(found)))
+            })
+            .collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        points
+    };
+    let distance = sorted(|f| f.rms_distance / f.equivalent_diameter);
+    let counts_differ = distance.first().map(|p| p.0) != distance.last().map(|p| p.0);
+    counts_differ.then(|| Chart {
+        title: "Errors of the clumps over their number of spheres".into(),
+        caption: "Surface distance over the equivalent-volume diameter; volume and inertia \
+                  relative to the solid. One entry a clump."
+            .into(),
+        x: Axis::linear("spheres in the clump", ""),
+        y: Axis::log("error", ""),
+        series: vec![
+            line("surface distance (rms)", distance),
+            line("volume", sorted(|f| f.volume_error.abs())),
+            line("inertia", sorted(|f| f.inertia_error)),
+        ],
+        mark: None,
+    })
+}

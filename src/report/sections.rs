@@ -1,0 +1,647 @@
+//! The sections of the page: data in, finished texts and figures out.
+
+use super::chart::{Bars, Chart};
+use super::compare::{Comparison, Opponent, Quantity, Row, Trajectory};
+use super::gallery::{self, Colouring};
+use super::number::{bytes, count, per_cent, significant, with_unit};
+use super::page::{PageInput, Table};
+use super::picture::Picture;
+use super::{ReportError, base64, curves};
+use crate::model::{Dimension, Frame, Model, Motion, Outcome, Run, StepReason, WallShape};
+use crate::num::Vec3;
+use serde::Serialize;
+
+/// Grains shown in a gallery at most.
+const GALLERY: usize = 24;
+/// Rows of tables of grains at most.
+const ROWS: usize = 40;
+
+/// Everything the template sees.
+#[derive(Serialize)]
+pub(super) struct Sections {
+    title: String,
+    version: String,
+    verdict: Option<Verdict>,
+    scene: Option<Scene>,
+    grains: Option<Plain>,
+    clumps: Option<Plain>,
+    packing: Option<Plain>,
+    run: Option<Plain>,
+    finals: Option<Plain>,
+    trajectories: Option<Plain>,
+    cost: Option<Plain>,
+    notes: Vec<Note>,
+    commands: Vec<String>,
+}
+
+/// A chart or picture.
+#[derive(Serialize)]
+struct Figure {
+    title: String,
+    caption: String,
+    /// An `<svg>` element; empty for pictures.
+    svg: String,
+    /// A data URI; empty for charts.
+    png: String,
+}
+
+impl Figure {
+    fn chart(chart: &Chart) -> Option<Self> {
+        let (title, caption) = (chart.title.clone(), chart.caption.clone());
+        Some(Self { title, caption, svg: chart.svg()?, png: String::new() })
+    }
+
+    fn bars(bars: &Bars) -> Option<Self> {
+        let (title, caption) = (bars.title.clone(), bars.caption.clone());
+        Some(Self { title, caption, svg: bars.svg()?, png: String::new() })
+    }
+
+    fn picture(picture: &Picture, title: &str, caption: &str) -> Result<Self, ReportError> {
+        let png = format!("data:image/png;base64,{}", base64::encode(&picture.png()?));
+        Ok(Self { title: title.into(), caption: caption.into(), svg: String::new(), png })
+    }
+}
+
+/// Facts, figures, a table: what most sections are.
+#[derive(Serialize, Default)]
+struct Plain {
+    facts: Vec<[String; 2]>,
+    figures: Vec<Figure>,
+    table: Option<Table>,
+    remarks: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct Verdict {
+    passed: bool,
+    line: String,
+    rules: Vec<String>,
+    solvers: Vec<Opinion>,
+    ours: String,
+    rows: Vec<VerdictRow>,
+    missing: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct Opinion {
+    name: String,
+    passed: bool,
+    reasons: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct VerdictRow {
+    quantity: String,
+    ours: String,
+    cells: Vec<Cell>,
+}
+
+#[derive(Serialize)]
+struct Cell {
+    value: String,
+    difference: String,
+    allowed: String,
+    passed: bool,
+}
+
+#[derive(Serialize)]
+struct Scene {
+    facts: Vec<[String; 2]>,
+    has: Vec<String>,
+    left_out: Vec<String>,
+    materials: Table,
+    contacts: Table,
+    walls: Option<Table>,
+}
+
+#[derive(Serialize)]
+struct Note {
+    solver: String,
+    sentences: Vec<String>,
+}
+
+fn fact(name: &str, value: impl Into<String>) -> [String; 2] {
+    [name.into(), value.into()]
+}
+
+fn texts(cells: &[&str]) -> Vec<String> {
+    cells.iter().map(|cell| (*cell).into()).collect()
+}
+
+impl Sections {
+    /// Every section that has data.
+    /// Pictures come out `shrink` times smaller than they should.
+    pub(super) fn of(input: &PageInput, shrink: usize) -> Result<Self, ReportError> {
+        let runs: Vec<&Run> = input.ours.into_iter().chain(input.others).collect();
+        Ok(Self {
+            title: input.title.into(),
+            version: input.version.into(),
+            verdict: input.comparison.map(|found| verdict(found, input.missing)),
+            scene: input.model.map(scene),
+            grains: grains(input, shrink)?,
+            clumps: clumps(input, shrink)?,
+            packing: packing(input, shrink)?,
+            run: input.ours.and_then(run),
+            finals: finals(input, &runs, shrink)?,
+            trajectories: trajectories(input, &runs),
+            cost: cost(&runs),
+            notes: notes(&runs),
+            commands: input.commands.to_vec(),
+        })
+    }
+}
+
+fn verdict(found: &Comparison, missing: &[String]) -> Verdict {
+    let statistics = found.ours.statistics.as_ref();
+    let cell = |row: &Row| Cell {
+        value: with_unit(row.theirs, row.quantity.unit()),
+        difference: per_cent(row.relative),
+        allowed: format!("{} %", significant(row.allowed * 100.0, 3)),
+        passed: row.passed,
+    };
+    let absent = || Cell {
+        value: "–".into(),
+        difference: String::new(),
+        allowed: String::new(),
+        passed: false,
+    };
+    let rows = Quantity::ALL
+        .into_iter()
+        .filter_map(|quantity| {
+            let ours = statistics?.value(quantity)?;
+            let find = |other: &Opponent| {
+                other.rows.iter().find(|row| row.quantity == quantity).map_or_else(absent, cell)
+            };
+            Some(VerdictRow {
+                quantity: quantity.name().into(),
+                ours: with_unit(ours, quantity.unit()),
+                cells: found.others.iter().map(find).collect(),
+            })
+        })
+        .collect();
+    Verdict {
+        passed: found.passed(),
+        line: found.verdict(),
+        rules: rules(found),
+        solvers: found
+            .others
+            .iter()
+            .map(|other| Opinion {
+                name: other.side.solver.clone(),
+                passed: other.passed,
+                reasons: other.reasons.clone(),
+            })
+            .collect(),
+        ours: found.ours.solver.clone(),
+        rows,
+        missing: missing.to_vec(),
+    }
+}
+
+/// How the verdict comes about, for people.
+fn rules(found: &Comparison) -> Vec<String> {
+    let asked = &found.tolerances;
+    vec![
+        format!(
+            "Same computation? Each solver is compared, sphere by sphere, with its twin: our DEM run \
+             in that solver's own scheme and contact law. From the first contact (t = {}) until {} \
+             durations of the shortest contact later (t = {}), no sphere may be farther away than \
+             {} smallest radii. Many-body contact is chaotic: one rounding error grows e-fold within \
+             some ten contact durations, so trajectories that part later prove nothing; they are \
+             shown, not judged.",
+            with_unit(found.first_contact, "s"),
+            significant(asked.contact_durations, 3),
+            with_unit(found.window_end, "s"),
+            significant(asked.trajectory, 2),
+        ),
+        "Same bed? Statistics of the final state, computed from positions and velocities in the same \
+         way for every solver, must agree with our run within the tolerances. Once trajectories have \
+         parted, coordination and contact forces may also differ by chance: two standard errors of \
+         the difference are allowed where that is more than the tolerance."
+            .into(),
+        format!(
+            "Heights are compared with the height of our bed, kinetic energy with the energy that was \
+             put in ({}), all else with our value.",
+            with_unit(found.energy_scale, "J")
+        ),
+    ]
+}
+
+fn vector(v: &Vec3, unit: &str) -> String {
+    let parts: Vec<String> = v.iter().map(|x| significant(*x, 4)).collect();
+    format!("({}) {unit}", parts.join(", "))
+}
+
+fn scene(model: &Model) -> Scene {
+    let plan = &model.plan;
+    let table = model.needs().table();
+    let pick = |wanted: bool| {
+        table.iter().filter(|need| need.2 == wanted).map(|need| need.1.to_owned()).collect()
+    };
+    let reason = match &plan.reason {
+        StepReason::Given => "given in the scene".to_owned(),
+        StepReason::Auto(text) => text.clone(),
+    };
+    let mut facts = vec![
+        fact("Dimensions", model.dimension.count().to_string()),
+        fact("Bodies", count(model.bodies.len() as u64)),
+        fact("Spheres", count(model.spheres.len() as u64)),
+        fact("Radii", radii(model)),
+        fact("Gravity", vector(&model.gravity, "m/s²")),
+        fact("Step", with_unit(plan.step, "s")),
+        fact("Reason for the step", reason),
+        fact("Steps", count(plan.steps)),
+        fact("Simulated time", with_unit(plan.duration(), "s")),
+        fact("Scheme of our DEM", plan.scheme.key()),
+        fact("Seed", model.seed.to_string()),
+    ];
+    if plan.insist {
+        facts.push(fact("Caution", "the user insisted on a step above the stability limit"));
+    }
+    Scene {
+        facts,
+        has: pick(true),
+        left_out: pick(false),
+        materials: materials(model),
+        contacts: contacts(model),
+        walls: walls(model),
+    }
+}
+
+fn radii(model: &Model) -> String {
+    let radii = model.spheres.iter().map(|sphere| sphere.radius);
+    let least = radii.clone().fold(f64::INFINITY, f64::min);
+    let most = radii.fold(0.0, f64::max);
+    if least >= most {
+        return with_unit(most, "m");
+    }
+    format!("{} to {}", with_unit(least, "m"), with_unit(most, "m"))
+}
+
+fn materials(model: &Model) -> Table {
+    Table {
+        columns: texts(&["material", "density, kg/m³"]),
+        rows: model
+            .materials
+            .iter()
+            .map(|material| vec![material.name.clone(), significant(material.density, 5)])
+            .collect(),
+    }
+}
+
+fn contacts(model: &Model) -> Table {
+    let materials = model.materials.len();
+    let pairs = (0..materials).flat_map(|a| (a..materials).map(move |b| (a, b)));
+    Table {
+        columns: texts(&["pair", "kn, N/m", "kt, N/m", "cn, N s/m", "ct, N s/m", "friction"]),
+        rows: pairs
+            .map(|(a, b)| {
+                let contact = model.contacts.between(a as u16, b as u16);
+                let names = format!("{} – {}", model.materials[a].name, model.materials[b].name);
+                let values = [contact.kn, contact.kt, contact.cn, contact.ct, contact.friction];
+                std::iter::once(names).chain(values.map(|value| significant(value, 4))).collect()
+            })
+            .collect(),
+    }
+}
+
+fn walls(model: &Model) -> Option<Table> {
+    let row = |wall: &crate::model::Wall| {
+        let shape = match &wall.shape {
+            WallShape::Plane { point, normal } => {
+                format!("plane through {}, normal {}", vector(point, "m"), vector(normal, ""))
+            }
+            WallShape::Mesh { mesh } => format!("mesh of {} triangles", mesh.triangles.len()),
+        };
+        let motion = match &wall.motion {
+            Motion::Still => "still".to_owned(),
+            Motion::Translate { velocity } => format!("moves at {}", vector(velocity, "m/s")),
+            Motion::Rotate { rate, axis, .. } => {
+                format!("turns at {} rad/s about {}", significant(*rate, 4), vector(axis, ""))
+            }
+        };
+        vec![wall.name.clone(), shape, motion, model.materials[wall.material as usize].name.clone()]
+    };
+    (!model.walls.is_empty()).then(|| Table {
+        columns: texts(&["wall", "shape", "motion", "material"]),
+        rows: model.walls.iter().map(row).collect(),
+    })
+}
+
+fn grains(input: &PageInput, shrink: usize) -> Result<Option<Plain>, ReportError> {
+    if input.solids.is_empty() {
+        return Ok(None);
+    }
+    let picture = gallery::solids(input.solids, GALLERY, shrink);
+    let total = input.solids.len();
+    let caption =
+        format!("{} of {} grains, each filling its cell.", total.min(GALLERY), count(total as u64));
+    let mut table = input.shape_table.cloned().unwrap_or_else(|| shape_table(input));
+    let remarks = shorten(&mut table, "grains", "shapes/shapes.csv");
+    let figures = vec![Figure::picture(&picture, "Grains", &caption)?];
+    Ok(Some(Plain { figures, table: Some(table), remarks, ..Plain::default() }))
+}
+
+/// Cuts a table to what a page can hold and says where the rest is.
+fn shorten(table: &mut Table, what: &str, file: &str) -> Vec<String> {
+    let total = table.rows.len();
+    table.rows.truncate(ROWS);
+    if total <= ROWS {
+        return Vec::new();
+    }
+    vec![format!("The first {ROWS} of {total} {what}; all of them in {file}.")]
+}
+
+fn shape_table(input: &PageInput) -> Table {
+    let row = |solid: &crate::shape::Solid| {
+        let (volume, area) = (solid.mass.volume, solid.mesh.area());
+        let diameter = (6.0 * volume / std::f64::consts::PI).cbrt();
+        let sphericity = std::f64::consts::PI * diameter * diameter / area;
+        vec![
+            solid.name.clone(),
+            with_unit(diameter, "m"),
+            significant(volume, 4),
+            significant(sphericity, 3),
+            solid.mesh.triangles.len().to_string(),
+            solid.recipe.clone(),
+        ]
+    };
+    let columns = [
+        "grain",
+        "equivalent diameter",
+        "volume, m³",
+        "sphericity (Wadell)",
+        "triangles",
+        "made by",
+    ];
+    Table { columns: texts(&columns), rows: input.solids.iter().map(row).collect() }
+}
+
+fn clumps(input: &PageInput, shrink: usize) -> Result<Option<Plain>, ReportError> {
+    let real: Vec<&crate::clump::Clump> =
+        input.clumps.iter().filter(|clump| clump.balls.len() > 1).collect();
+    if real.is_empty() {
+        return Ok(None);
+    }
+    let solid = |name: &str| input.solids.iter().find(|solid| solid.name == name);
+    let pairs: Vec<_> =
+        real.iter().filter_map(|clump| Some((solid(&clump.name)?, *clump))).collect();
+    let mut figures = Vec::new();
+    if !pairs.is_empty() {
+        let picture = gallery::clumps(&pairs, 6, shrink);
+        let caption = "Left of each pair the solid, right the clump that stands for it.";
+        figures.push(Figure::picture(&picture, "Solids and their clumps", caption)?);
+    }
+    figures.extend(curves::fidelity(input.clumps).as_ref().and_then(Figure::chart));
+    let mut table = Table {
+        columns: texts(&[
+            "clump",
+            "spheres",
+            "volume error",
+            "surface distance, rms / D",
+            "largest / D",
+            "centroid error / D",
+            "inertia error",
+            "method",
+        ]),
+        rows: real.iter().map(|clump| fidelity_row(clump)).collect(),
+    };
+    let mut remarks = shorten(&mut table, "clumps", "clumps/clumps.json");
+    remarks.push("D: equivalent-volume diameter of the solid.".into());
+    Ok(Some(Plain { figures, table: Some(table), remarks, ..Plain::default() }))
+}
+
+fn fidelity_row(clump: &crate::clump::Clump) -> Vec<String> {
+    let mut row = vec![clump.name.clone(), clump.balls.len().to_string()];
+    match &clump.fidelity {
+        Some(found) => {
+            let share = |value: f64| {
+                format!("{} %", significant(100.0 * value / found.equivalent_diameter, 3))
+            };
+            row.extend([
+                per_cent(found.volume_error),
+                share(found.rms_distance),
+                share(found.largest_distance),
+                share(found.centroid_error),
+                format!("{} %", significant(100.0 * found.inertia_error, 3)),
+            ]);
+        }
+        None => row.extend(std::iter::repeat_n("–".to_owned(), 5)),
+    }
+    row.push(clump.method.clone());
+    row
+}
+
+fn packing(input: &PageInput, shrink: usize) -> Result<Option<Plain>, ReportError> {
+    let Some(packing) = input.packing else { return Ok(None) };
+    let measures = &packing.measures;
+    let flat = input.model.is_some_and(|model| model.dimension == Dimension::Two);
+    let mut facts = vec![
+        fact("Outcome", packing.outcome.clone()),
+        fact("Placed", count(packing.placements.len() as u64)),
+        fact("Found no place", count(packing.dropped.len() as u64)),
+        fact(
+            "Porosity",
+            format!(
+                "{} ± {}",
+                significant(measures.porosity, 4),
+                significant(measures.porosity_error, 2)
+            ),
+        ),
+        fact(
+            "Container",
+            format!(
+                "{} {}",
+                significant(measures.container_volume, 4),
+                if flat { "m²" } else { "m³" }
+            ),
+        ),
+        fact(
+            "Coordination number",
+            format!(
+                "{} (gaps up to {})",
+                significant(measures.coordination, 4),
+                with_unit(measures.gap_tolerance, "m")
+            ),
+        ),
+        fact(
+            "Worst overlap",
+            format!("{} of the smaller radius", significant(measures.worst_overlap, 3)),
+        ),
+    ];
+    if let Some(gap) = measures.least_gap {
+        facts.push(fact("Least gap", with_unit(gap, "m")));
+    }
+    let mut figures = Vec::new();
+    if let Some(model) = input.model {
+        let picture =
+            gallery::state(model, &start(model), Colouring::Body, 800 / shrink, 600 / shrink);
+        figures.push(Figure::picture(&picture, "Packing", "Bodies at the start of the run.")?);
+    }
+    Ok(Some(Plain { facts, figures, ..Plain::default() }))
+}
+
+/// The model at time 0.
+fn start(model: &Model) -> Frame {
+    let bodies = model.initial_states();
+    let none = vec![Vec3::zeros(); model.spheres.len()];
+    Frame {
+        step: 0,
+        time: 0.0,
+        centres: model.sphere_centres(&bodies),
+        velocities: none.clone(),
+        spins: none.clone(),
+        forces: none,
+        bodies,
+    }
+}
+
+fn outcome(run: &Run) -> String {
+    match &run.outcome {
+        Outcome::Finished => "finished".into(),
+        Outcome::Cancelled { step } => format!("stopped by the user at step {step}"),
+        Outcome::Stopped { time, reason, .. } => {
+            format!("stopped at t = {}: {reason}", with_unit(*time, "s"))
+        }
+        Outcome::Failed { reason } => format!("failed: {reason}"),
+    }
+}
+
+fn run(run: &Run) -> Option<Plain> {
+    let mut facts = vec![fact("Solver", run.solver.clone()), fact("Outcome", outcome(run))];
+    if let Some(last) = run.series.last() {
+        let worst = run.series.iter().map(|row| row.worst_overlap).fold(0.0, f64::max);
+        facts.extend([
+            fact("Kinetic energy at the end", with_unit(last.kinetic, "J")),
+            fact("Contacts at the end", count(last.contacts)),
+            fact("Coordination number at the end", significant(last.coordination, 4)),
+            fact(
+                "Worst overlap at any time",
+                format!("{} of the smaller radius", significant(worst, 3)),
+            ),
+        ]);
+    }
+    let mut figures = Vec::new();
+    if !run.series.is_empty() {
+        figures.extend(Figure::chart(&curves::energies(&run.series)));
+        figures.extend(Figure::chart(&curves::energy_error(&run.series)));
+    }
+    Some(Plain { facts, figures, ..Plain::default() })
+}
+
+fn finals(input: &PageInput, runs: &[&Run], shrink: usize) -> Result<Option<Plain>, ReportError> {
+    let Some(model) = input.model else { return Ok(None) };
+    let fits = |frame: &&Frame| frame.centres.len() == model.spheres.len();
+    let shown: Vec<(&str, &Frame)> = runs
+        .iter()
+        .filter_map(|run| Some((run.solver.as_str(), run.frames.last().filter(fits)?)))
+        .collect();
+    let frames: Vec<&Frame> = shown.iter().map(|(_, frame)| *frame).collect();
+    let pictures = gallery::states(model, &frames, Colouring::Body, 560 / shrink, 420 / shrink);
+    let mut figures = Vec::new();
+    for ((solver, frame), picture) in shown.iter().zip(&pictures) {
+        let caption = format!("t = {}", with_unit(frame.time, "s"));
+        figures.push(Figure::picture(picture, solver, &caption)?);
+    }
+    let remarks = vec!["The same body has the same colour everywhere.".into()];
+    Ok((!figures.is_empty()).then(|| Plain { figures, remarks, ..Plain::default() }))
+}
+
+fn trajectories(input: &PageInput, runs: &[&Run]) -> Option<Plain> {
+    let mut figures = Vec::new();
+    if let Some(model) = input.model {
+        figures.extend(Figure::chart(&curves::heights(model, runs)));
+        figures.extend(Figure::chart(&curves::kinetic(model, runs)));
+    }
+    let mut table = None;
+    if let Some(found) = input.comparison {
+        figures.extend(Figure::chart(&curves::divergence(found)));
+        let sides = std::iter::once(&found.ours).chain(found.others.iter().map(|o| &o.side));
+        let sides: Vec<_> = sides
+            .filter_map(|side| Some((side.solver.as_str(), side.statistics.as_ref()?)))
+            .filter(|(_, statistics)| !statistics.forces.is_empty())
+            .collect();
+        figures.extend(Figure::chart(&curves::forces(&sides)));
+        table = divergence_table(found);
+    }
+    (!figures.is_empty()).then(|| Plain { figures, table, ..Plain::default() })
+}
+
+fn divergence_table(found: &Comparison) -> Option<Table> {
+    let row = |solver: &str, against: String, t: &Trajectory| {
+        let time = |value: Option<f64>| value.map_or("–".into(), |value| with_unit(value, "s"));
+        let worst = t.worst.as_ref();
+        vec![
+            solver.to_owned(),
+            against,
+            time(t.agrees_until),
+            time(t.leaves_at),
+            worst.map_or("–".into(), |point| significant(point.largest, 3)),
+            worst.map_or("–".into(), |point| significant(point.rms, 3)),
+            worst.map_or("–".into(), |point| with_unit(point.largest_velocity, "m/s")),
+            time(t.growth_time),
+        ]
+    };
+    let rows: Vec<_> = found
+        .others
+        .iter()
+        .flat_map(|other| {
+            let name = other.side.solver.as_str();
+            let twin = other
+                .twin
+                .as_ref()
+                .map(|twin| row(name, format!("our DEM as {}", twin.scheme), &twin.trajectory));
+            twin.into_iter().chain([row(name, found.ours.solver.clone(), &other.against_ours)])
+        })
+        .collect();
+    let columns = [
+        "solver",
+        "against",
+        "comparable until",
+        "parts at",
+        "worst distance, smallest radii",
+        "rms then",
+        "worst velocity difference then",
+        "e-fold time",
+    ];
+    (!rows.is_empty()).then(|| Table { columns: texts(&columns), rows })
+}
+
+fn cost(runs: &[&Run]) -> Option<Plain> {
+    if runs.is_empty() {
+        return None;
+    }
+    let row = |run: &&Run| {
+        let cost = &run.cost;
+        vec![
+            run.solver.clone(),
+            with_unit(cost.cpu_seconds, "s"),
+            with_unit(cost.wall_seconds, "s"),
+            cost.loop_seconds.map_or("–".into(), |seconds| with_unit(seconds, "s")),
+            count(cost.steps),
+            cost.speed().map_or("–".into(), |speed| count(speed.round() as u64)),
+            cost.peak_bytes.map_or("–".into(), bytes),
+            outcome(run),
+        ]
+    };
+    let columns = [
+        "solver",
+        "CPU",
+        "wall",
+        "time loop",
+        "steps",
+        "sphere-steps per second",
+        "peak memory",
+        "outcome",
+    ];
+    let table = Table { columns: texts(&columns), rows: runs.iter().map(row).collect() };
+    let figures = Figure::bars(&curves::cpu(runs)).into_iter().collect();
+    Some(Plain { figures, table: Some(table), ..Plain::default() })
+}
+
+fn notes(runs: &[&Run]) -> Vec<Note> {
+    runs.iter()
+        .filter(|run| !run.notes.is_empty())
+        .map(|run| Note { solver: run.solver.clone(), sentences: run.notes.clone() })
+        .collect()
+}
