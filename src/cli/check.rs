@@ -27,8 +27,15 @@ fn text(v: &Verdict) -> String {
         line("", format!("{}; restitution {}", pair.stiffness, range(pair.restitution)));
     }
     line("step", format!("{:.4e} s × {} steps ({})", v.step, v.steps, v.reason));
-    line("limit", format!("{:.4e} s: {}", v.advice.limit, v.advice.limit_reason));
-    line("overlap", v.advice.overlap_forecast());
+    line("limit", format!("{:.4e} s", v.advice.limit));
+    line(
+        "overlap",
+        format!(
+            "at rest about {:.2} % of a radius, at impact about {:.2} %",
+            v.advice.static_overlap * 100.0,
+            v.advice.impact_overlap * 100.0
+        ),
+    );
     line("forecast", format!("{:.1} MB, about {} on one thread", v.memory / 1e6, duration(v.seconds)));
     line("needs", v.needs.join(", "));
     line("left out", v.left_out.join(", "));

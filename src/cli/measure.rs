@@ -35,10 +35,10 @@ pub fn measure(arguments: &Measure, screen: &Screen) -> Result<(), Ending> {
     for path in &arguments.files {
         let (value, lines) = match format::read(path)? {
             Data::Mesh(mesh) => {
-                let (mesh, repairs) = check::solid(&mesh)
+                let (mesh, repairs) = check::solid(mesh)
                     .map_err(|fault| Ending::Input(format!("{}: {fault}", path.display())))?;
-                for repair in repairs.sentences() {
-                    screen.warn(&format!("{}: {repair}", path.display()));
+                if !repairs.is_none() {
+                    screen.warn(&format!("{}: {repairs}", path.display()));
                 }
                 described(path, &Descriptors::of(&mesh))?
             }

@@ -50,7 +50,6 @@ impl From<RoadError> for Ending {
             RoadError::Clump(error) => error.into(),
             RoadError::Dem(error) => error.into(),
             RoadError::Solver(error) => error.into(),
-            error @ RoadError::Unwritable { .. } => Self::Input(error.to_string()),
             error @ RoadError::Cancelled => Self::Cancelled(error.to_string()),
             RoadError::Work(message) => Self::Work(message),
         }

@@ -31,10 +31,10 @@ fn of_scene(arguments: &Reproduce, screen: &Screen) -> Result<(), Ending> {
 fn of_mesh(arguments: &Reproduce, screen: &Screen) -> Result<(), Ending> {
     let name = arguments.input.file_stem().map_or("mesh".to_owned(), |stem| stem.to_string_lossy().into_owned());
     let mesh = format::read_mesh(&arguments.input)?;
-    let (mesh, repairs) = check::solid(&mesh)
+    let (mesh, repairs) = check::solid(mesh)
         .map_err(|fault| Ending::Input(format!("{}: {fault}", arguments.input.display())))?;
-    for repair in repairs.sentences() {
-        screen.warn(&repair);
+    if !repairs.is_none() {
+        screen.warn(&format!("{}: {repairs}", arguments.input.display()));
     }
     let mass = mesh.mass_properties();
     let solid = Solid { name, mesh, mass, recipe: arguments.input.display().to_string() };

@@ -31,7 +31,7 @@ const SAFETY: f64 = 0.8;
 const DIRECTIONS: usize = 48;
 
 /// What is known about the step of a model before it runs.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Advice {
     /// Recommended step, s: the smallest of a fiftieth of the shortest contact,
     /// 0.8 of the limit, and the speed bound; rounded down to two digits.

@@ -166,6 +166,15 @@ impl Region {
         })
     }
 
+    /// True if some side has no wall.
+    pub fn is_open(&self) -> bool {
+        match self {
+            Self::Box(room) => room.open[..room.dimension].iter().flatten().any(|open| *open),
+            Self::Cylinder(room) => room.open.contains(&true),
+            Self::Mesh(_) => false,
+        }
+    }
+
     /// The walls of a run with their names (letters, digits and `_`): planes
     /// for a box and for the ends of a cylinder, a mesh for the side of a
     /// cylinder and for a closed surface. Open sides have none.

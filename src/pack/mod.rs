@@ -19,7 +19,8 @@ pub use random::Random;
 
 use crate::clump::Clump;
 use crate::format::error::FormatError;
-use crate::geometry::Region;
+use crate::geometry::region::Rectangle;
+use crate::geometry::{Bounds, Region};
 use crate::num::random::{Stream, rotation, uniform};
 use crate::num::units::Speed;
 use crate::num::{Fault, Job, MethodEntry, Rotation, Vec3};
@@ -144,6 +145,35 @@ pub fn pack(
     let Laid { placements, dropped, outcome } = laid;
     Ok(Packing { placements, dropped, outcome, measures })
 }
+
+/// Places grains one by one where there is no container. The porosity is that
+/// of the smallest box along the axes around all spheres.
+///
+/// Errors: as [`pack`].
+pub fn pack_freely(
+    grains: &[Grain],
+    families: &[&str],
+    dimension: usize,
+    method: &Placed,
+    job: &Job,
+) -> Result<Packing, PackError> {
+    let open_box = |bounds| Region::Box(Rectangle { bounds, dimension, open: [[true; 2]; 3] });
+    let far = Bounds { low: Vec3::repeat(-FAR), high: Vec3::repeat(FAR) };
+    let method = Method::Placed(method.clone());
+    let mut packing = pack(grains, families, &open_box(far), &method, 0, job)?;
+    let around = packing.placements.iter().fold(Bounds::EMPTY, |bounds, laid| {
+        let balls = &grains[laid.grain as usize].clump.balls;
+        balls.iter().fold(bounds, |bounds, ball| {
+            let centre = laid.position + laid.orientation * ball.centre;
+            bounds.union(&Bounds::of([&centre]).grown(ball.radius))
+        })
+    });
+    packing.measures = measure::measure(&packing.placements, grains, &open_box(around));
+    Ok(packing)
+}
+
+/// Farther than any body of a scene, m.
+const FAR: f64 = 1e12;
 
 /// What a method hands back.
 struct Laid {

@@ -161,7 +161,7 @@ fn domain(
     match region {
         Some(region) => {
             let room = region.bounds();
-            let open = if region.is_closed() { 0.0 } else { room.size().amax() };
+            let open = if region.is_open() { room.size().amax() } else { 0.0 };
             bounds.union(&room).grown(4.0 * largest + open)
         }
         None => {
@@ -176,7 +176,7 @@ fn set_step(scene: &Scene, plan: &mut Plan, advice: &Advice) -> Result<(), Fault
     match scene.plan.step {
         StepParameter::Given(step) => {
             if step.0 > advice.limit && !scene.plan.insist {
-                let problem = format!("is {:.4e} s, above the stability limit {:.4e} s ({})", step.0, advice.limit, advice.limit_reason);
+                let problem = format!("is {:.4e} s, above the stability limit {:.4e} s ({})", step.0, advice.limit, advice.reason);
                 let allowed = format!("at most {:.4e} s, \"auto\" ({:.4e} s), or `insist = true`", advice.limit, advice.step);
                 return Err(Fault::new("plan.step", problem, allowed));
             }

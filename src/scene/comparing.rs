@@ -43,7 +43,7 @@ impl Road {
         let model = self.start(&built.model, &run);
         let ours = if model == built.model { run.clone() } else { dem::run(&model, &self.job)? };
         let (able, mut failures) = able(solvers, &model);
-        let mut running = self.store.begin("compare", "").map_err(self.unwritable())?;
+        let mut running = self.store.begin("compare", "")?;
         let mut others = Vec::new();
         let mut twins = Vec::new();
         for (solver, outcome) in able.iter().zip(self.run_outside(&able, &model)?) {
@@ -65,11 +65,11 @@ impl Road {
         let comparison = compare(&model, &ours, &others, &twins, tolerance);
         self.store
             .write(&mut running, "compare.json", |out| Ok(serde_json::to_writer_pretty(out, &comparison)?))
-            .map_err(self.unwritable())?;
+            ?;
         self.store
             .write(&mut running, "compare.csv", |out| out.write_all(comparison.csv().as_bytes()))
-            .map_err(self.unwritable())?;
-        self.store.finish(running).map_err(self.unwritable())?;
+            ?;
+        self.store.finish(running)?;
         let mut missing: Vec<String> = crate::solver::all()
             .into_iter()
             .filter(|solver| solver.find().is_none())

@@ -19,8 +19,8 @@ pub fn write(
     run: &Run,
     compared: Option<&Compared>,
 ) -> Result<(), RoadError> {
-    let mut running = road.store.begin("report", "").map_err(road.unwritable())?;
-    let path = road.store.prepare(&mut running, "report/index.html").map_err(road.unwritable())?;
+    let mut running = road.store.begin("report", "")?;
+    let path = road.store.prepare(&mut running, "report/index.html")?;
     let solids: Vec<Solid> = packed.grains.distinct.iter().filter_map(|grain| grain.solid.clone()).collect();
     let clumps: Vec<Clump> = packed
         .grains
@@ -47,5 +47,5 @@ pub fn write(
         commands: &commands,
     };
     write_page(&input, &path).map_err(|error| RoadError::Work(error.to_string()))?;
-    road.store.finish(running).map_err(road.unwritable())
+    Ok(road.store.finish(running)?)
 }

@@ -5,7 +5,7 @@ use crate::geometry::Container;
 use crate::model::Scheme;
 use crate::num::Fault;
 use crate::num::units::{Acceleration, Damping, Density, Length, Pressure, Speed, Spin, Stiffness, Time};
-use crate::report::Tolerances;
+use crate::report::compare::Tolerances;
 use crate::{clump, pack, shape};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::MapAccessDeserializer;

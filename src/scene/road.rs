@@ -15,7 +15,7 @@ use crate::solver::SolverError;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Why the road ended early.
 #[derive(Debug, thiserror::Error)]
@@ -29,14 +29,6 @@ pub enum RoadError {
     /// A clump could not be made, written or read.
     #[error(transparent)]
     Clump(#[from] ClumpError),
-    /// Something could not be written.
-    #[error("cannot write {}: {source}", path.display())]
-    Unwritable {
-        /// The file or folder.
-        path: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
     /// Our own DEM could not run the model.
     #[error(transparent)]
     Dem(#[from] crate::dem::DemError),
@@ -100,19 +92,13 @@ impl Road {
     pub fn open(path: &Path, out: Option<&Path>, job: Job) -> Result<Self, RoadError> {
         let loaded = Loaded::read(path)?;
         let root = out.map_or_else(|| path.with_extension("out"), Path::to_owned);
-        let store = Store::open(&root, path, &loaded.text, loaded.scene.seed)
-            .map_err(|source| RoadError::Unwritable { path: root, source })?;
+        let store = Store::open(&root, path, &loaded.text, loaded.scene.seed)?;
         Ok(Self { loaded, store, job, remarks: Vec::new() })
     }
 
     /// An error that points at the place of `fault` in the scene file.
     pub fn wrong(&self, fault: Fault) -> RoadError {
         RoadError::Scene(self.loaded.wrong(&[fault]))
-    }
-
-    pub(super) fn unwritable(&self) -> impl Fn(std::io::Error) -> RoadError {
-        let path = self.store.root().to_owned();
-        move |source| RoadError::Unwritable { path: path.clone(), source }
     }
 
     fn parameters(&self, of: &dyn Fn(&super::Scene) -> serde_json::Value) -> serde_json::Value {
@@ -138,7 +124,7 @@ impl Road {
     }
 
     fn generate(&mut self, draws: &[Draw], key: &str) -> Result<(), RoadError> {
-        let mut running = self.store.begin("generate", key).map_err(self.unwritable())?;
+        let mut running = self.store.begin("generate", key)?;
         let done = std::sync::atomic::AtomicU64::new(0);
         let made: Vec<Option<Solid>> = in_pool(&self.job, || {
             draws
@@ -159,7 +145,7 @@ impl Road {
             let path = self
                 .store
                 .prepare(&mut running, &format!("shapes/{}.stl", solid.name))
-                .map_err(self.unwritable())?;
+                ?;
             format::stl::write(&path, &solid.mesh)?;
         }
         if !solids.is_empty() {
@@ -169,14 +155,14 @@ impl Road {
                 .collect();
             self.store
                 .write(&mut running, "shapes/shapes.json", |out| Ok(serde_json::to_writer_pretty(out, &remembered)?))
-                .map_err(self.unwritable())?;
+                ?;
             let table = descriptors::table(solids.iter().map(|s| (s.name.as_str(), &s.mesh)));
             self.store
                 .write(&mut running, "shapes/shapes.csv", |out| out.write_all(table.as_bytes()))
-                .map_err(self.unwritable())?;
+                ?;
         }
         running.count("shapes", solids.len());
-        self.store.finish(running).map_err(self.unwritable())
+        Ok(self.store.finish(running)?)
     }
 
     /// Solids as they lie in the folder, so that a fresh run and a resumed one see the same bits.
@@ -256,16 +242,16 @@ impl Road {
         solids: &[Option<Solid>],
         key: &str,
     ) -> Result<Vec<Clump>, RoadError> {
-        let mut running = self.store.begin("reproduce", key).map_err(self.unwritable())?;
+        let mut running = self.store.begin("reproduce", key)?;
         let clumps = self.reproduce_all(draws, solids)?;
         for clump in &clumps {
-            self.store.prepare(&mut running, &format!("clumps/{}.csv", clump.name)).map_err(self.unwritable())?;
+            self.store.prepare(&mut running, &format!("clumps/{}.csv", clump.name))?;
         }
-        self.store.prepare(&mut running, "clumps/clumps.json").map_err(self.unwritable())?;
+        self.store.prepare(&mut running, "clumps/clumps.json")?;
         clump::file::write_all(&self.store.path("clumps"), &clumps)?;
         running.count("clumps", clumps.len());
         running.count("spheres", clumps.iter().map(|clump| clump.balls.len()).sum());
-        self.store.finish(running).map_err(self.unwritable())?;
+        self.store.finish(running)?;
         Ok(clumps)
     }
 
@@ -289,7 +275,7 @@ impl Road {
     }
 
     fn pack(&mut self, grains: &Grains, room: &Room, key: &str) -> Result<Packing, RoadError> {
-        let mut running = self.store.begin("pack", key).map_err(self.unwritable())?;
+        let mut running = self.store.begin("pack", key)?;
         let list: Vec<pack::Grain> = grains
             .copies
             .iter()
@@ -300,16 +286,15 @@ impl Road {
             .collect();
         let scene = &self.loaded.scene;
         let names: Vec<&str> = scene.grains.iter().map(|family| family.name.as_str()).collect();
-        let packing = pack::pack(
-            &list,
-            &names,
-            room.region.as_ref(),
-            scene.dimension as usize,
-            &scene.packing,
-            scene.seed,
-            &self.job,
-        )
-        .map_err(|error| match error {
+        let dimension = scene.dimension as usize;
+        let packed = match (&room.region, &scene.packing) {
+            (Some(region), method) => pack::pack(&list, &names, region, method, scene.seed, &self.job),
+            (None, pack::Method::Placed(placed)) => {
+                pack::pack_freely(&list, &names, dimension, placed, &self.job)
+            }
+            (None, _) => Err(Fault::new("", "needs a container", "a [container]").into()),
+        };
+        let packing = packed.map_err(|error| match error {
             PackError::Wrong(fault) => self.wrong(fault.under("packing")),
             PackError::File(error) => error.into(),
         })?;
@@ -320,24 +305,22 @@ impl Road {
             let problem = "places no grain at all in this container";
             return Err(self.wrong(Fault::new("packing", problem, "a larger container or smaller grains")));
         }
-        let path = self.store.prepare(&mut running, "packing.csv").map_err(self.unwritable())?;
+        let path = self.store.prepare(&mut running, "packing.csv")?;
         pack::file::write(&path, &packing.placements, &list).map_err(|error| RoadError::Work(error.to_string()))?;
         self.store
             .write(&mut running, "packing.json", |out| {
                 let summary = Packing { placements: Vec::new(), ..packing.clone() };
                 Ok(serde_json::to_writer_pretty(out, &summary)?)
             })
-            .map_err(self.unwritable())?;
+            ?;
         running.count("placed", packing.placements.len());
         running.count("dropped", packing.dropped.len());
-        self.store.finish(running).map_err(self.unwritable())?;
+        self.store.finish(running)?;
         Ok(packing)
     }
 
     fn read_packing(&self) -> Result<Packing, RoadError> {
-        let bytes = std::fs::read(self.store.path("packing.json")).map_err(self.unwritable())?;
-        let mut packing: Packing =
-            serde_json::from_slice(&bytes).map_err(|error| self.unwritable()(error.into()))?;
+        let mut packing: Packing = self.store.read_json("packing.json")?;
         packing.placements = pack::file::read(&self.store.path("packing.csv"))
             .map_err(|error| RoadError::Work(error.to_string()))?;
         Ok(packing)

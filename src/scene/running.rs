@@ -5,7 +5,7 @@ use super::build::Built;
 use super::road::{Packed, Road, RoadError};
 use super::store::{self, Running};
 use crate::dem::{self, Observer};
-use crate::format::{self, atomic, particles::Particles};
+use crate::format::{self, FormatError, atomic, particles::Particles};
 use crate::model::{Frame, Model, Outcome, Run, SeriesRow};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -68,7 +68,7 @@ impl Observer for Recorder {
                 state: state.to_vec(),
             };
             let bytes = postcard::to_stdvec(&saved).map_err(std::io::Error::other)?;
-            atomic::write(&me.checkpoint, |out| out.write_all(&bytes))
+            atomic::write(&me.checkpoint, |out| out.write_all(&bytes)).map_err(std::io::Error::other)
         });
     }
 }
@@ -95,9 +95,10 @@ impl Road {
 
     fn simulate(&mut self, model: &Model, key: &str, resume: bool) -> Result<Run, RoadError> {
         let saved = if resume { self.saved(key) } else { None };
-        let mut running = self.store.begin("run", key).map_err(self.unwritable())?;
-        let frames_path = self.store.prepare(&mut running, FRAMES).map_err(self.unwritable())?;
-        let (frames, frames_bytes) = open_frames(&frames_path, saved.as_ref()).map_err(self.unwritable())?;
+        let mut running = self.store.begin("run", key)?;
+        let frames_path = self.store.prepare(&mut running, FRAMES)?;
+        let (frames, frames_bytes) = open_frames(&frames_path, saved.as_ref())
+            .map_err(|source| FormatError::io(&frames_path, "write", source))?;
         let mut recorder = Recorder {
             frames: BufWriter::new(frames),
             frames_bytes,
@@ -108,10 +109,10 @@ impl Road {
         };
         let state = saved.as_ref().map(|saved| saved.state.as_slice());
         let summary = dem::simulate(model, state, &self.job, &mut recorder)?;
-        if let Some(failure) = recorder.failure {
-            return Err(self.unwritable()(failure));
+        let flushed = recorder.frames.flush();
+        if let Some(failure) = recorder.failure.or(flushed.err()) {
+            return Err(FormatError::io(&frames_path, "write", failure).into());
         }
-        recorder.frames.flush().map_err(self.unwritable())?;
         if matches!(summary.outcome, Outcome::Cancelled { .. }) {
             return Err(RoadError::Cancelled);
         }
@@ -126,7 +127,7 @@ impl Road {
         };
         self.write_run(&mut running, model, &run)?;
         running.count("steps", run.cost.steps as usize);
-        self.store.finish(running).map_err(self.unwritable())?;
+        self.store.finish(running)?;
         // The checkpoint has done its duty; a finished run starts over only when its inputs change.
         let _ = std::fs::remove_file(self.store.path(CHECKPOINT));
         self.read_run()
@@ -143,36 +144,32 @@ impl Road {
     }
 
     fn write_run(&self, running: &mut Running, model: &Model, run: &Run) -> Result<(), RoadError> {
-        let text = |out: &mut dyn Write| -> std::io::Result<()> { Ok(serde_json::to_writer(out, run)?) };
-        self.store.write(running, "run/run.json", text).map_err(self.unwritable())?;
+        self.store.write(running, "run/run.json", |out| Ok(serde_json::to_writer(out, run)?))?;
         self.store
             .write(running, "run/series.csv", |out| write_series(out, &run.series))
-            .map_err(self.unwritable())?;
+            ?;
         let mut last = None;
-        for (number, frame) in Frames::open(&self.store.path(FRAMES)).map_err(self.unwritable())?.enumerate() {
-            let frame = frame.map_err(self.unwritable())?;
+        for (number, frame) in Frames::open(&self.store.path(FRAMES))?.enumerate() {
+            let frame = frame?;
             if self.loaded.scene.output.vtp {
                 let name = format!("run/frame-{number:05}.vtp");
-                let path = self.store.prepare(running, &name).map_err(self.unwritable())?;
+                let path = self.store.prepare(running, &name)?;
                 format::vtp::write_particles(&path, &particles(model, &frame))?;
             }
             last = Some(frame);
         }
         if let Some(frame) = last {
-            let path = self.store.prepare(running, "run/final.csv").map_err(self.unwritable())?;
+            let path = self.store.prepare(running, "run/final.csv")?;
             format::csv::write(&path, &particles(model, &frame))?;
-            let path = self.store.prepare(running, "run/final.vtp").map_err(self.unwritable())?;
+            let path = self.store.prepare(running, "run/final.vtp")?;
             format::vtp::write_particles(&path, &particles(model, &frame))?;
         }
         Ok(())
     }
 
     fn read_run(&self) -> Result<Run, RoadError> {
-        let bytes = std::fs::read(self.store.path("run/run.json")).map_err(self.unwritable())?;
-        let mut run: Run = serde_json::from_slice(&bytes).map_err(|error| self.unwritable()(error.into()))?;
-        run.frames = Frames::open(&self.store.path(FRAMES))
-            .and_then(|frames| frames.collect())
-            .map_err(self.unwritable())?;
+        let mut run: Run = self.store.read_json("run/run.json")?;
+        run.frames = Frames::open(&self.store.path(FRAMES))?.collect::<Result<_, _>>()?;
         Ok(run)
     }
 }
@@ -192,31 +189,33 @@ fn open_frames(path: &Path, saved: Option<&Saved>) -> std::io::Result<(File, u64
 
 /// Frames in a file, one after the other.
 struct Frames {
+    path: PathBuf,
     file: BufReader<File>,
 }
 
 impl Frames {
-    fn open(path: &Path) -> std::io::Result<Self> {
-        Ok(Self { file: BufReader::new(File::open(path)?) })
+    fn open(path: &Path) -> Result<Self, FormatError> {
+        let file = File::open(path).map_err(|source| FormatError::io(path, "read", source))?;
+        Ok(Self { path: path.to_owned(), file: BufReader::new(file) })
+    }
+
+    fn read(&mut self) -> std::io::Result<Option<Frame>> {
+        let mut length = [0; 8];
+        match self.file.read_exact(&mut length) {
+            Err(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => return Ok(None),
+            other => other?,
+        }
+        let mut bytes = vec![0; u64::from_le_bytes(length) as usize];
+        self.file.read_exact(&mut bytes)?;
+        postcard::from_bytes(&bytes).map(Some).map_err(std::io::Error::other)
     }
 }
 
 impl Iterator for Frames {
-    type Item = std::io::Result<Frame>;
+    type Item = Result<Frame, FormatError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        let mut length = [0; 8];
-        match self.file.read_exact(&mut length) {
-            Err(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => return None,
-            Err(error) => return Some(Err(error)),
-            Ok(()) => {}
-        }
-        let mut bytes = vec![0; u64::from_le_bytes(length) as usize];
-        Some(
-            self.file
-                .read_exact(&mut bytes)
-                .and_then(|()| postcard::from_bytes(&bytes).map_err(std::io::Error::other)),
-        )
+        self.read().map_err(|source| FormatError::io(&self.path, "read", source)).transpose()
     }
 }
 

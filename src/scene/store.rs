@@ -2,13 +2,15 @@
 //! what cost. A stage whose key has not changed and whose files are still there
 //! is not done again.
 
-use crate::format::atomic;
-use crate::num::clock::{Clock, peak_memory};
+use crate::format::{FormatError, atomic};
+use crate::num::clock::{cpu_seconds, peak_bytes, since};
 use crate::num::random::fnv1a;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::io::Write;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 /// `manifest.json`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -32,7 +34,7 @@ pub struct Stage {
     pub key: String,
     /// Wall-clock seconds.
     pub wall_seconds: f64,
-    /// CPU seconds of this process and its children, user and system.
+    /// CPU seconds of this process, user and system.
     pub cpu_seconds: f64,
     /// Largest resident memory of the process so far, bytes.
     pub peak_bytes: Option<u64>,
@@ -52,7 +54,8 @@ pub struct Store {
 /// A stage that is being done.
 pub struct Running {
     name: &'static str,
-    clock: Clock,
+    wall: Instant,
+    cpu: Option<f64>,
     stage: Stage,
 }
 
@@ -61,8 +64,8 @@ impl Store {
     ///
     /// # Errors
     /// What the system says if the folder cannot be created or written to.
-    pub fn open(root: &Path, scene: &Path, text: &str, seed: u64) -> std::io::Result<Self> {
-        std::fs::create_dir_all(root)?;
+    pub fn open(root: &Path, scene: &Path, text: &str, seed: u64) -> Result<Self, FormatError> {
+        std::fs::create_dir_all(root).map_err(|source| FormatError::io(root, "write", source))?;
         let earlier: Option<Manifest> = std::fs::read(root.join("manifest.json"))
             .ok()
             .and_then(|bytes| serde_json::from_slice(&bytes).ok())
@@ -105,10 +108,11 @@ impl Store {
     ///
     /// # Errors
     /// What the system says if the manifest cannot be written.
-    pub fn begin(&mut self, name: &'static str, key: &str) -> std::io::Result<Running> {
+    pub fn begin(&mut self, name: &'static str, key: &str) -> Result<Running, FormatError> {
         self.manifest.stages.remove(name);
         self.write_manifest()?;
-        Ok(Running { name, clock: Clock::start(), stage: Stage { key: key.to_owned(), ..Stage::default() } })
+        let stage = Stage { key: key.to_owned(), ..Stage::default() };
+        Ok(Running { name, wall: Instant::now(), cpu: cpu_seconds(), stage })
     }
 
     /// Writes a file of a stage: beside, then renamed.
@@ -119,8 +123,8 @@ impl Store {
         &self,
         running: &mut Running,
         name: &str,
-        content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
-    ) -> std::io::Result<()> {
+        content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+    ) -> Result<(), FormatError> {
         let path = self.prepare(running, name)?;
         atomic::write(&path, content)
     }
@@ -129,30 +133,39 @@ impl Store {
     ///
     /// # Errors
     /// What the system says if the folder cannot be created.
-    pub fn prepare(&self, running: &mut Running, name: &str) -> std::io::Result<PathBuf> {
+    pub fn prepare(&self, running: &mut Running, name: &str) -> Result<PathBuf, FormatError> {
         let path = self.root.join(name);
         if let Some(parent) = path.parent() {
-            std::fs::create_dir_all(parent)?;
+            std::fs::create_dir_all(parent).map_err(|source| FormatError::io(parent, "write", source))?;
         }
         running.stage.files.push(name.to_owned());
         Ok(path)
+    }
+
+    /// Reads a JSON file of an earlier stage.
+    ///
+    /// # Errors
+    /// A file that cannot be read or holds something else.
+    pub fn read_json<T: serde::de::DeserializeOwned>(&self, name: &str) -> Result<T, FormatError> {
+        let path = self.root.join(name);
+        let bytes = std::fs::read(&path).map_err(|source| FormatError::io(&path, "read", source))?;
+        serde_json::from_slice(&bytes).map_err(|error| FormatError::file(&path, error.to_string()))
     }
 
     /// Ends a stage: its result counts from here on.
     ///
     /// # Errors
     /// What the system says if the manifest cannot be written.
-    pub fn finish(&mut self, running: Running) -> std::io::Result<()> {
+    pub fn finish(&mut self, running: Running) -> Result<(), FormatError> {
         let mut stage = running.stage;
-        let spent = running.clock.elapsed();
-        stage.wall_seconds = spent.wall_seconds;
-        stage.cpu_seconds = spent.cpu_seconds;
-        stage.peak_bytes = peak_memory();
+        stage.wall_seconds = running.wall.elapsed().as_secs_f64();
+        stage.cpu_seconds = since(running.cpu, running.wall);
+        stage.peak_bytes = peak_bytes();
         self.manifest.stages.insert(running.name.to_owned(), stage);
         self.write_manifest()
     }
 
-    fn write_manifest(&self) -> std::io::Result<()> {
+    fn write_manifest(&self) -> Result<(), FormatError> {
         atomic::write(&self.root.join("manifest.json"), |out| {
             serde_json::to_writer_pretty(&mut *out, &self.manifest)?;
             writeln!(out)

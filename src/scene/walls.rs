@@ -3,7 +3,7 @@
 use super::Loaded;
 use super::parameters::{MotionParameters, WallShapeParameters};
 use crate::format;
-use crate::geometry::{Bounds, Container, Region, Surface, repair};
+use crate::geometry::{Bounds, Container, Region, Surface, check};
 use crate::model::{Motion, Wall, WallShape};
 use crate::num::{Fault, Vec3};
 use std::path::Path;
@@ -96,7 +96,7 @@ fn sides(name: &str, region: &Region, motion: Motion, material: u16) -> Vec<Wall
 fn wall_mesh(path: &Path, unit: f64) -> Result<crate::geometry::Mesh, Fault> {
     let bad = |problem: String| Fault::new("", problem, "a readable STL, PLY or OBJ file with at least one triangle");
     let mesh = format::read_mesh(path).map_err(|error| bad(error.to_string()))?;
-    let (mesh, _) = repair::surface(&mesh.mapped(|v| v * unit)).map_err(|error| bad(error.to_string()))?;
+    let (mesh, _) = check::surface(mesh.mapped(|v| v * unit)).map_err(|error| bad(error.to_string()))?;
     Ok(mesh)
 }
 
