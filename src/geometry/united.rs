@@ -8,14 +8,15 @@
 //! where a ball begins or ends, because the cut area has a kink there.
 //!
 //! This is "lines through a grid" (exact along one direction, sums over two)
-//! with one more direction done exactly: ten panels give what 10⁵ lines give.
+//! with one more direction done exactly.
 //! Counted once each: overlaps are not counted twice (two unit balls one radius
 //! apart: summing would give 18.5 % too much).
 //!
 //! Symbols: z height of a plane, m; (a, b) centre and r radius of a disc, m; θ angle
 //! on its rim. Cost O(panels · (m log m + overlapping pairs)) for m balls in a plane.
-//! Error: about panels^-2.5 from pairs whose common circle begins inside a panel;
-//! with the default 64 panels usually 1e-6 to 1e-5 of the volume, given per result.
+//! Error: from pairs whose common circle begins inside a panel. Measured with the
+//! default 64 panels: 2e-7 of the volume for 20 balls, 1e-6 for 200 and 2000; with
+//! 16 panels 8e-6 and less. The estimate given with each result was 2 to 30 times that.
 
 use super::arcs::Cover;
 use super::{Ball, Bounds, MassProperties};
