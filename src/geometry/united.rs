@@ -338,7 +338,11 @@ mod tests {
                 .into();
             let united = balls(&pair, PANELS);
             let wrong = (united.mass.volume / expected - 1.0).abs();
-            assert!(wrong < 2e-6 && wrong <= 3.0 * united.error + 1e-9, "{wrong:e} {:e}", united.error);
+            assert!(
+                wrong < 2e-6 && wrong <= 3.0 * united.error + 1e-9,
+                "{wrong:e} {:e}",
+                united.error
+            );
             assert!(united.mass.centroid.norm() < 1e-6);
         }
     }
@@ -363,7 +367,11 @@ mod tests {
         for panels in [8, 32, 128] {
             let united = balls(&cloud, panels);
             let wrong = (united.mass.volume / finest.volume - 1.0).abs();
-            assert!(wrong <= 3.0 * united.error + 1e-10, "{panels}: {wrong:e} > {:e}", united.error);
+            assert!(
+                wrong <= 3.0 * united.error + 1e-10,
+                "{panels}: {wrong:e} > {:e}",
+                united.error
+            );
             errors.push(wrong.max(1e-14));
         }
         assert!(errors[2] < 1e-6 && errors[2] < errors[0] / 30.0, "{errors:?}");
