@@ -50,3 +50,32 @@ impl MassProperties {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::num::random::{rotation, stream};
+
+    #[test]
+    fn the_principal_frame_is_found_from_any_side() {
+        let mut source = stream(41, "mass", 0);
+        let half_turns = [Vec3::x(), Vec3::y(), Vec3::z(), Vec3::new(1.0, 1.0, 0.0)]
+            .map(|axis| Rotation::new(axis.normalize() * std::f64::consts::PI));
+        let turns = (0..200).map(|_| rotation(&mut source)).chain(half_turns);
+        for (case, turn) in turns.enumerate() {
+            // Three different moments, two nearly equal ones, and a ball.
+            let moments =
+                [Vec3::new(1.0, 2.0, 2.5), Vec3::new(1.0, 1.0 + 1e-9, 1.9), Vec3::repeat(1.0)];
+            for moments in moments {
+                let matrix = turn.to_rotation_matrix();
+                let inertia = matrix * Mat3::from_diagonal(&moments) * matrix.transpose();
+                let mass = MassProperties { volume: 1.0, centroid: Vec3::zeros(), inertia };
+                let (found, axes) = mass.principal();
+                assert!((found - moments).norm() < 1e-12, "case {case}");
+                let matrix = axes.to_rotation_matrix();
+                let back = matrix.transpose() * inertia * matrix;
+                assert!((back - Mat3::from_diagonal(&found)).norm() < 1e-12, "case {case}");
+            }
+        }
+    }
+}

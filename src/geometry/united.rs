@@ -8,14 +8,16 @@
 //! where a ball begins or ends, because the cut area has a kink there.
 //!
 //! This is "lines through a grid" (exact along one direction, sums over two)
-//! with one more direction done exactly: ten panels give what 10⁵ lines give.
+//! with one more direction done exactly.
 //! Counted once each: overlaps are not counted twice (two unit balls one radius
 //! apart: summing would give 18.5 % too much).
 //!
 //! Symbols: z height of a plane, m; (a, b) centre and r radius of a disc, m; θ angle
 //! on its rim. Cost O(panels · (m log m + overlapping pairs)) for m balls in a plane.
-//! Error: about panels^-2.5 from pairs whose common circle begins inside a panel;
-//! with the default 64 panels usually 1e-6 to 1e-5 of the volume, given per result.
+//! Error: from pairs whose common circle begins inside a panel. Measured with the
+//! default 64 panels: 2e-7 of the volume for 20 balls at random, 1e-6 for 200 and
+//! 2000, up to 2e-5 for balls on a grid, where many circles begin at one height; with
+//! 16 panels 3e-5 and less. The estimate is of the same order: 0.5 to 30 times the error.
 
 use super::arcs::Cover;
 use super::{Ball, Bounds, MassProperties};
@@ -29,7 +31,7 @@ pub const PANELS: usize = 64;
 pub struct United {
     /// Volume, centroid, inertia for density 1.
     pub mass: MassProperties,
-    /// Estimated relative error of the volume (an upper bound in practice).
+    /// Estimated relative error of the volume, of the order of the true one.
     pub error: f64,
 }
 
@@ -336,7 +338,11 @@ mod tests {
                 .into();
             let united = balls(&pair, PANELS);
             let wrong = (united.mass.volume / expected - 1.0).abs();
-            assert!(wrong < 2e-6 && wrong <= united.error + 1e-9, "{wrong:e} {:e}", united.error);
+            assert!(
+                wrong < 2e-6 && wrong <= 3.0 * united.error + 1e-9,
+                "{wrong:e} {:e}",
+                united.error
+            );
             assert!(united.mass.centroid.norm() < 1e-6);
         }
     }
@@ -361,7 +367,11 @@ mod tests {
         for panels in [8, 32, 128] {
             let united = balls(&cloud, panels);
             let wrong = (united.mass.volume / finest.volume - 1.0).abs();
-            assert!(wrong <= united.error + 1e-10, "{panels}: {wrong:e} > {:e}", united.error);
+            assert!(
+                wrong <= 3.0 * united.error + 1e-10,
+                "{panels}: {wrong:e} > {:e}",
+                united.error
+            );
             errors.push(wrong.max(1e-14));
         }
         assert!(errors[2] < 1e-6 && errors[2] < errors[0] / 30.0, "{errors:?}");
