@@ -119,3 +119,9 @@ fn known(test: impl Fn(&Format) -> bool) -> String {
         .collect();
     names.join(" ")
 }
+pub mod obj;
+pub mod ply;
+pub mod stl;
+
+#[cfg(test)]
+mod mesh_tests;

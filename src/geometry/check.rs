@@ -5,6 +5,7 @@
 //! STL holds no more: what is closed in double precision can be non-manifold
 //! in single precision, so the rounded surface is the one that is judged.
 
+use super::intersection::self_intersections;
 use super::repair::{self, Repairs};
 use super::{Mesh, topology};
 use crate::num::Vec3;
@@ -15,6 +16,8 @@ use thiserror::Error;
 const LOOSE_WELD: f64 = 1e-6;
 /// Height over the diagonal below which a triangle counts as a line.
 const SLIVER: f64 = 1e-9;
+/// Depth over the diagonal from which on triangles count as passing through each other.
+const CROSSING: f64 = 1e-5;
 /// Relative rounding error of single precision, for the least credible volume.
 const SINGLE: f64 = 6e-8;
 
@@ -81,6 +84,17 @@ pub enum MeshFault {
         /// A corner of the second piece.
         at: Vec3,
     },
+    /// The surface passes through itself.
+    #[error(
+        "self-intersecting: {pairs} pairs of triangles pass through each other, first at {}",
+        point(at)
+    )]
+    SelfIntersecting {
+        /// Number of such pairs.
+        pairs: usize,
+        /// Middle of the first triangle.
+        at: Vec3,
+    },
     /// Nothing is enclosed.
     #[error(
         "no volume: the surface of {area:e} m² encloses {volume:e} m³, within rounding of nothing"
@@ -110,13 +124,22 @@ fn point(at: &Vec3) -> String {
 /// Repaired without question: equal vertices, triangles without area, repeated
 /// triangles, orientation. If holes remain, vertices nearer than 1e-6 of the
 /// diagonal are welded too. Intersections of the surface with itself are not
-/// looked for here: see [`super::intersection::self_intersections`].
+/// looked for here: see [`simple`].
 pub fn solid(mesh: Mesh) -> Result<(Mesh, Repairs), MeshFault> {
     finite(&mesh)?;
     let mut mesh = mesh;
     repair::round_to_single(&mut mesh);
     let reach = reach(&mesh);
     judge(mesh, SINGLE * reach)
+}
+
+/// An error if `mesh` passes through itself by more than 1e-5 of its diagonal:
+/// rounding to single precision moves slivers by less.
+pub fn simple(mesh: &Mesh) -> Result<(), MeshFault> {
+    let pairs = self_intersections(mesh, CROSSING * mesh.bounds().diagonal());
+    let Some((first, _)) = pairs.first() else { return Ok(()) };
+    let at = mesh.corners(*first as usize).iter().sum::<Vec3>() / 3.0;
+    Err(MeshFault::SelfIntersecting { pairs: pairs.len(), at })
 }
 
 /// As [`solid`], without rounding: for steps on the way to a solid.
