@@ -29,6 +29,9 @@ pub const ENTRY: MethodEntry = MethodEntry {
     source: "Lu & McDowell 2007",
 };
 
+/// Nodes of the bounding box that are looked at before the work is refused: a minute.
+const MOST_NODES: f64 = 2e7;
+
 /// Equal spheres at all inner nodes of a regular grid (R1).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
@@ -91,6 +94,15 @@ impl Nodes {
         let bounds = target.solid.mesh.bounds();
         let low = ((bounds.low - origin) / spacing).map(|c| c.ceil() as i64);
         let high = ((bounds.high - origin) / spacing).map(|c| c.floor() as i64);
+        let tries: f64 = (high - low).iter().map(|&steps| (steps + 1).max(0) as f64).product();
+        if tries > MOST_NODES {
+            return Err(Fault::new(
+                "nodes.across",
+                format!("is {} and makes {tries:.1e} grid nodes around this solid", self.across),
+                format!("a value that makes at most {MOST_NODES:.0e} nodes"),
+            )
+            .into());
+        }
         let mut balls = Vec::new();
         for i in low.x..=high.x {
             if job.is_cancelled() {

@@ -62,7 +62,7 @@ pub struct Normals {
     /// Stops when this share of the surface points is covered; 0.01 to 1, default 1.
     #[serde(default = "default_coverage")]
     pub coverage: f64,
-    /// Surface points; 50 to 100000, default 1000.
+    /// Surface points; 50 to 20000, default 1000; the cost grows with their square.
     #[serde(default = "default_points")]
     pub points: usize,
     /// Which point comes next; default `fit`.
@@ -123,7 +123,7 @@ impl Normals {
         Fault::within("smallest", self.smallest, 1e-3, 0.5)?;
         Fault::within("protrusion", self.protrusion, 0.0, 0.2)?;
         Fault::within("coverage", self.coverage, 0.01, 1.0)?;
-        Fault::within("points", self.points as f64, 50.0, 100_000.0)
+        Fault::within("points", self.points as f64, 50.0, 20_000.0)
     }
 
     pub(super) fn find(

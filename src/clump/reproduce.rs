@@ -284,6 +284,43 @@ pub(super) mod tests {
     }
 
     #[test]
+    fn extreme_solids_give_a_clump_or_say_why_not() {
+        let shapes = [
+            ("needle", box_mesh(Vec3::new(100.0, 1.0, 1.0)), true),
+            ("plate", box_mesh(Vec3::new(30.0, 30.0, 1.0)), true),
+            ("leaf", box_mesh(Vec3::new(100.0, 100.0, 0.01)), false),
+            ("sliver", ellipsoid_mesh(Vec3::new(1.0, 0.05, 0.02)), true),
+            ("spiky", random_star(3, 0.95), true),
+            // A grain of a micrometre, and one a thousand sizes away from the origin.
+            ("dust", random_star(3, 0.5).mapped(|v| v * 1e-6), true),
+            ("far", random_star(3, 0.5).mapped(|v| v + Vec3::repeat(1e3)), true),
+        ];
+        let turn = Rotation::from_euler_angles(0.4, 0.7, 1.1);
+        for (name, mesh, fits) in shapes {
+            let solid = solid(name, mesh.mapped(|v| turn * v));
+            let result =
+                reproduce(&solid, &normals(25, 0.02), MassSource::Union, 1, 0, &Job::quiet());
+            assert_eq!(result.is_ok(), fits, "{name}");
+            let Ok(clump) = result else { continue };
+            let f = clump.fidelity.expect("measured");
+            let numbers = [clump.volume, clump.inertia.x, f.rms_distance, f.inertia_error];
+            assert!(numbers.iter().all(|n| n.is_finite() && *n > 0.0), "{name} {f:?}");
+            assert!(clump.inertia.x + clump.inertia.y >= clump.inertia.z * (1.0 - 1e-9));
+            assert!(f.largest_distance <= solid.mesh.bounds().diagonal());
+        }
+        let needle = solid("needle", box_mesh(Vec3::new(100.0, 0.1, 0.1)).mapped(|v| turn * v));
+        let failed = reproduce(
+            &needle,
+            &nodes(100.0, Place::Balanced),
+            MassSource::Solid,
+            1,
+            0,
+            &Job::quiet(),
+        );
+        assert!(matches!(failed, Err(ClumpError::Input(fault)) if fault.key == "nodes.across"));
+    }
+
+    #[test]
     fn wrong_input_is_named() {
         let method = Method::Nodes(Nodes { across: -1.0, ..Nodes::default() });
         assert_eq!(method.validate().expect_err("negative").key, "nodes.across");

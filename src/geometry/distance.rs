@@ -207,7 +207,7 @@ pub fn sample_surface(mesh: &Mesh, count: usize, stream: &mut Stream) -> Vec<Sur
 
 #[cfg(test)]
 mod tests {
-    use super::super::samples::{box_mesh, icosphere, l_mesh, random_star};
+    use super::super::samples::{box_mesh, icosphere, l_mesh, random_star, random_union};
     use super::*;
     use crate::num::random::{direction, stream};
 
@@ -251,10 +251,11 @@ mod tests {
     fn signs_agree_with_ray_parity_near_edges_and_vertices() {
         let mut source = stream(11, "distance", 0);
         for size in [1e-6, 1.0, 1e4] {
-            for case in 0..6 {
+            for case in 0..8 {
                 let mesh = match case {
                     0 => box_mesh(Vec3::new(1.0, 2.0, 0.05)),
                     1 => l_mesh(),
+                    2..4 => random_union(case, 6),
                     _ => random_star(case, 0.8),
                 }
                 .mapped(|v| v * size);

@@ -113,3 +113,35 @@ pub fn random_star(seed: u64, rough: f64) -> Mesh {
 pub fn ellipsoid_mesh(half: Vec3) -> Mesh {
     icosphere(3).mapped(|v| v.component_mul(&half))
 }
+
+/// Union of `count` turned boxes about the origin, rounded to single precision:
+/// concave edges, slivers, and triangles that rounding has all but flattened.
+pub fn random_union(seed: u64, count: usize) -> Mesh {
+    use boolmesh::prelude::{Manifold, OpType, compute_boolean};
+    let mut source = stream(seed, "random union", 0);
+    let mut part = || {
+        let edges = Vec3::from_fn(|_, _| uniform(&mut source, 0.2, 1.5));
+        let turn = crate::num::random::rotation(&mut source);
+        let mesh = box_mesh(edges).mapped(|v| turn * v);
+        let positions: Vec<f64> = mesh.vertices.iter().flat_map(|p| [p.x, p.y, p.z]).collect();
+        let corners: Vec<usize> = mesh.triangles.iter().flatten().map(|i| *i as usize).collect();
+        Manifold::new(&positions, &corners).expect("a box")
+    };
+    let mut sum = part();
+    for _ in 1..count {
+        sum = compute_boolean(&sum, &part(), OpType::Add).expect("boxes in general position");
+    }
+    Mesh {
+        vertices: sum
+            .ps
+            .iter()
+            .map(|p| Vec3::new(p.x, p.y, p.z).map(|c| f64::from(c as f32)))
+            .collect(),
+        triangles: sum
+            .hs
+            .chunks_exact(3)
+            .filter(|sides| sides.iter().all(|side| side.tail().is_some()))
+            .map(|sides| std::array::from_fn(|k| sides[k].tail as u32))
+            .collect(),
+    }
+}
