@@ -1,6 +1,6 @@
 //! Volume, centroid and inertia of a body of unit density.
 
-use crate::num::{Mat3, Rotation, Vec3};
+use crate::num::{Mat3, Rotation, Vec3, eigen};
 use serde::{Deserialize, Serialize};
 
 /// Volume [m³], centroid [m] and inertia tensor [m⁵, unit density, about the
@@ -20,11 +20,7 @@ impl MassProperties {
     /// are the principal axes: it turns principal-frame vectors into the frame
     /// the body is given in.
     pub fn principal(&self) -> (Vec3, Rotation) {
-        let eigen = self.inertia.symmetric_eigen();
-        let mut order = [0, 1, 2];
-        order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
-        let moments = Vec3::from_fn(|row, _| eigen.eigenvalues[order[row]]);
-        let mut axes = Mat3::from_fn(|row, column| eigen.eigenvectors[(row, order[column])]);
+        let (moments, mut axes) = eigen::symmetric(&self.inertia);
         // The largest component of the first two axes is made positive, so that
         // the frame does not flip with rounding; the third completes a right-handed set.
         for column in 0..2 {
@@ -35,7 +31,9 @@ impl MassProperties {
         }
         let third = axes.column(0).cross(&axes.column(1));
         axes.set_column(2, &third);
-        (moments, Rotation::from_matrix(&axes))
+        // Written out, because `Rotation::from_matrix` iterates without a limit.
+        let axes = nalgebra::Rotation3::from_matrix_unchecked(axes);
+        (moments, Rotation::from_rotation_matrix(&axes))
     }
 
     /// Diameter of the sphere of equal volume, m.
