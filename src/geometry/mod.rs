@@ -28,6 +28,7 @@ pub mod error;
 pub mod hull;
 pub mod intersection;
 pub mod repair;
+#[cfg(test)]
 pub mod topology;
 pub mod union;
 

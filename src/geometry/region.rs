@@ -69,6 +69,8 @@ impl fmt::Debug for MeshRegion {
 pub struct SolidRoom<'a> {
     region: &'a Region,
     boundary: Option<Collider>,
+    /// A vertex of each connected part of the boundary: a solid must not swallow a part whole.
+    parts: Vec<Vec3>,
 }
 
 /// A surface that bodies touch.
@@ -141,11 +143,11 @@ impl Region {
 
     /// The region made ready for [`SolidRoom::holds`]; `unit` as for [`Collider::new`].
     pub fn for_solids(&self, unit: f64) -> SolidRoom<'_> {
-        let boundary = match self {
-            Self::Mesh(room) => Collider::new(&room.mesh, unit),
-            _ => None,
+        let (boundary, parts) = match self {
+            Self::Mesh(room) => (Collider::new(&room.mesh, unit), one_of_each_part(&room.mesh)),
+            _ => (None, Vec::new()),
         };
-        SolidRoom { region: self, boundary }
+        SolidRoom { region: self, boundary, parts }
     }
 
     /// A point uniform in the region (z = 0 in two dimensions), by rejection from the bounds;
@@ -198,7 +200,31 @@ impl SolidRoom<'_> {
         let still = (Vec3::zeros(), Rotation::identity());
         solid.vertices().first().is_some_and(|v| inside(v, gap))
             && !boundary.surfaces_nearer_than(&still, solid, place, gap)
+            && !self.parts.iter().any(|part| solid.holds(place, part))
     }
+}
+
+/// The first vertex of each connected part of a mesh.
+fn one_of_each_part(mesh: &Mesh) -> Vec<Vec3> {
+    let mut parent: Vec<usize> = (0..mesh.vertices.len()).collect();
+    fn root(parent: &mut [usize], mut at: usize) -> usize {
+        while parent[at] != at {
+            parent[at] = parent[parent[at]];
+            at = parent[at];
+        }
+        at
+    }
+    for &[a, b, c] in &mesh.triangles {
+        for (from, to) in [(a, b), (b, c)] {
+            let (from, to) = (root(&mut parent, from as usize), root(&mut parent, to as usize));
+            parent[from.max(to)] = from.min(to);
+        }
+    }
+    let mut first: Vec<usize> =
+        mesh.triangles.iter().map(|t| root(&mut parent, t[0] as usize)).collect();
+    first.sort_unstable();
+    first.dedup();
+    first.into_iter().map(|vertex| mesh.vertices[vertex]).collect()
 }
 
 fn plane(axis: usize, high: bool, point: Vec3) -> (String, Surface) {
@@ -408,6 +434,18 @@ mod tests {
         assert!(!room.holds(&solid, &at(0.2), 0.1), "too near to the wall");
         assert!(!room.holds(&solid, &at(0.3), 0.0), "through the wall");
         assert!(!room.holds(&solid, &at(2.0), 0.0), "outside");
+        // A room with a block in its middle: a shell around the block is outside, and so is a solid around it.
+        let (outer, block) = (box_mesh(Vec3::repeat(3.0)), box_mesh(Vec3::repeat(0.1)));
+        let shift = outer.vertices.len() as u32;
+        let inner = block.triangles.iter().map(|&[a, b, c]| [a + shift, c + shift, b + shift]);
+        let hollow = Mesh {
+            vertices: outer.vertices.iter().chain(&block.vertices).copied().collect(),
+            triangles: outer.triangles.iter().copied().chain(inner).collect(),
+        };
+        let region = Region::Mesh(Box::new(MeshRegion::new(hollow).expect("closed")));
+        assert!((region.volume() - 26.999).abs() < 1e-9);
+        assert!(!region.for_solids(0.5).holds(&solid, &at(0.0), 0.0), "around the block");
+        assert!(region.for_solids(0.5).holds(&solid, &at(1.0), 0.0));
         let mut open = l_mesh();
         open.triangles.pop();
         assert_eq!(MeshRegion::new(open).expect_err("has a hole").key, "file");

@@ -2,8 +2,8 @@
 //! back gives the same bits.
 
 use super::{Grain, PackError, Placement};
-use crate::format::atomic;
 use crate::format::error::FormatError;
+use crate::format::{atomic, number};
 use crate::num::{Rotation, Vec3};
 use nalgebra::Quaternion;
 use std::io::Write;
@@ -22,7 +22,7 @@ pub fn write(path: &Path, placements: &[Placement], grains: &[Grain]) -> Result<
             let family = grains.get(laid.grain as usize).map_or(0, |grain| grain.family);
             write!(out, "{body},{},{family}", laid.grain)?;
             for value in numbers(laid) {
-                write!(out, ",{value:.16e}")?;
+                write!(out, ",{}", number(value))?;
             }
             writeln!(out)?;
         }

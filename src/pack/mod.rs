@@ -273,3 +273,35 @@ pub struct Measures {
     /// or where no two bodies are near each other.
     pub least_gap: Option<f64>,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_entry_names_a_variant_and_text_goes_both_ways() {
+        let bodies = "{ bodies = [{ grain = 0, position = [0, 0, 0] }] }";
+        for entry in METHODS {
+            let text =
+                format!("{} = {}", entry.key, if entry.key == "placed" { bodies } else { "{}" });
+            let method: Method = toml::from_str(&text).expect("a known key");
+            assert_eq!(method.validate(), Ok(()));
+            let written = toml::to_string(&method).expect("can be written");
+            assert_eq!(toml::from_str::<Method>(&written).expect("can be read"), method);
+        }
+        let schema = serde_json::to_string(&schemars::schema_for!(Method)).expect("a schema");
+        assert!(METHODS.iter().all(|entry| schema.contains(&format!("\"{}\"", entry.key))));
+        for typo in ["random = { trys = 3 }", "array = { pattern = 'hex' }", "rain = {}"] {
+            assert!(toml::from_str::<Method>(typo).is_err(), "{typo}");
+        }
+    }
+
+    #[test]
+    fn a_grain_without_spheres_is_refused() {
+        let clumps = [samples::clump(Vec::new(), 1.0)];
+        let method = Method::Array(Array::default());
+        let room = samples::room(&[1.0, 1.0]);
+        let result = pack(&samples::of(&clumps), &[], &room, &method, 1, &Job::quiet());
+        assert!(result.expect_err("no sphere").to_string().contains("grains[0]"));
+    }
+}
