@@ -230,6 +230,20 @@ fn what_is_not_finite_is_not_written() {
     }
 }
 
+#[test]
+fn a_huge_count_of_nothing_costs_nothing() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (name, text) in [
+        ("a.ply", "ply\nformat ascii 1.0\nelement x 18446744073709551615\nend_header\n"),
+        ("a.xyz", "9007199254740992\nProperties=pos:R:3:radius:R:1\n"),
+        ("a.dump", "ITEM: NUMBER OF ATOMS\n9007199254740992\nITEM: ATOMS x y z radius\n"),
+    ] {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).expect("written");
+        assert!(read(&path).is_err(), "{name}");
+    }
+}
+
 /// A good file of each kind in each format, as bytes.
 fn good_files() -> Vec<(&'static Format, Vec<u8>)> {
     let folder = tempfile::tempdir().expect("a temporary folder");
