@@ -12,9 +12,14 @@ pub mod csv;
 pub mod error;
 pub mod lammps_dump;
 pub mod liggghts_data;
+#[cfg(test)]
+mod mesh_tests;
 mod number;
+pub mod obj;
 pub mod particles;
+pub mod ply;
 mod registry;
+pub mod stl;
 #[cfg(test)]
 mod tests;
 mod text;
@@ -119,9 +124,5 @@ fn known(test: impl Fn(&Format) -> bool) -> String {
         .collect();
     names.join(" ")
 }
-pub mod obj;
-pub mod ply;
-pub mod stl;
 
 #[cfg(test)]
-mod mesh_tests;

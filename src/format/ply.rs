@@ -145,7 +145,8 @@ pub fn read(path: &Path) -> Result<Mesh, FormatError> {
     let (encoding, elements, start) = header(path, &bytes)?;
     let mut body = Body { path, bytes: &bytes, at: start, encoding };
     let mut mesh = Mesh::default();
-    for element in &elements {
+    // An element without properties takes no space, whatever its count says.
+    for element in elements.iter().filter(|element| !element.properties.is_empty()) {
         for index in 0..element.count {
             read_element(&mut body, element, index, &mut mesh)?;
         }

@@ -2,7 +2,7 @@
 
 use super::error::FormatError;
 use super::particles::Particles;
-use super::{Data, csv, known, lammps_dump, liggghts_data, vtp, xyz, yade_text};
+use super::{Data, csv, known, lammps_dump, liggghts_data, obj, ply, stl, vtp, xyz, yade_text};
 use crate::geometry::Mesh;
 use std::path::Path;
 
@@ -111,7 +111,16 @@ impl Format {
     /// Writes `data`; returns what was left out or had to be chosen.
     pub fn write(&self, path: &Path, data: &Data) -> Writing {
         match (data, self.write_mesh, self.write_particles) {
-            (Data::Mesh(mesh), Some(write), _) => write(path, mesh),
+            (Data::Mesh(mesh), Some(write), _) => {
+                // Formats with a table of vertices hold those of no triangle as well.
+                match mesh.vertices.iter().position(|v| !v.iter().all(|x| x.is_finite())) {
+                    Some(vertex) => Err(FormatError::unwritable(
+                        path,
+                        format!("vertex {vertex} has a coordinate that is not finite"),
+                    )),
+                    None => write(path, mesh),
+                }
+            }
             (Data::Particles(particles), _, Some(write)) => {
                 let mut notes = self.lost(particles);
                 notes.extend(write(path, particles)?);
@@ -234,7 +243,50 @@ pub static FORMATS: &[Format] = &[
         write_particles: Some(yade_text::write),
         recognises: |head| head.lines().any(|line| line.starts_with("#format")),
     },
+    Format {
+        name: "STL",
+        extensions: &["stl"],
+        about: "triangles; text and binary read, binary (single precision) written",
+        columns: &[],
+        read: |path| stl::read(path).map(surface),
+        write_mesh: Some(write_stl),
+        write_particles: None,
+        recognises: |head| head.starts_with("solid") && head.contains("facet"),
+    },
+    Format {
+        name: "PLY",
+        extensions: &["ply"],
+        about: "polygons; text and binary read, binary double precision written",
+        columns: &[],
+        read: |path| ply::read(path).map(surface),
+        write_mesh: Some(|path, mesh| ply::write(path, mesh).map(|()| Vec::new())),
+        write_particles: None,
+        recognises: |head| head.starts_with("ply\n") || head.starts_with("ply\r"),
+    },
+    Format {
+        name: "OBJ",
+        extensions: &["obj"],
+        about: "Wavefront polygons; text with all digits",
+        columns: &[],
+        read: |path| obj::read(path).map(surface),
+        write_mesh: Some(|path, mesh| obj::write(path, mesh).map(|()| Vec::new())),
+        write_particles: None,
+        recognises: |head| head.lines().any(|line| line.starts_with("v ")),
+    },
 ];
+
+/// Writes binary STL and says so where single precision rounds.
+fn write_stl(path: &Path, mesh: &Mesh) -> Writing {
+    stl::write(path, mesh)?;
+    let rounded = mesh.facets().flatten().flat_map(|corner| [corner.x, corner.y, corner.z]);
+    let largest = rounded.map(|x| (f64::from(x as f32) - x).abs()).fold(0.0, f64::max);
+    let note = format!("coordinates rounded to single precision, by up to {largest:.1e} m");
+    Ok(if largest > 0.0 { vec![note] } else { Vec::new() })
+}
+
+fn surface(mesh: Mesh) -> (Data, Vec<String>) {
+    (Data::Mesh(mesh), Vec::new())
+}
 
 fn spheres((particles, notes): (Particles, Vec<String>)) -> (Data, Vec<String>) {
     (Data::Particles(particles), notes)

@@ -158,6 +158,20 @@ fn content_chooses_where_the_extension_does_not() {
 }
 
 #[test]
+fn single_precision_is_said() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (_, mesh) = surfaces().swap_remove(0);
+    let notes = write(&folder.path().join("a.stl"), &Data::Mesh(mesh.clone())).expect("written");
+    assert!(notes.is_empty(), "{notes:?}");
+    let doubled = Data::Mesh(mesh.mapped(|p| p * THIRD));
+    let notes = write(&folder.path().join("a.stl"), &doubled).expect("written");
+    assert!(
+        notes[0].starts_with("coordinates rounded to single precision, by up to 1.0e-5 m"),
+        "{notes:?}"
+    );
+}
+
+#[test]
 fn conversions_say_what_they_lose() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (_, table) = tables().swap_remove(0);
@@ -184,7 +198,7 @@ fn surfaces_do_not_become_spheres() {
         error.contains("the data is a surface, and LAMMPS dump files hold spheres only"),
         "{error}"
     );
-    assert!(error.contains(".vtp"), "{error}");
+    assert!(error.ends_with("for a surface there are .vtp .stl .ply .obj"), "{error}");
     assert!(!target.exists());
 }
 
@@ -201,7 +215,8 @@ fn what_is_not_finite_is_not_written() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (_, mut table) = tables().swap_remove(0);
     table.positions[1].y = f64::NAN;
-    let mesh = Mesh { vertices: vec![Vec3::repeat(f64::NAN); 3], triangles: vec![[0, 1, 2]] };
+    let (_, mut mesh) = surfaces().swap_remove(1);
+    mesh.vertices.push(Vec3::repeat(f64::NAN));
     for format in FORMATS {
         let path = file(&folder, format, "nan");
         if format.write_particles.is_some() {
@@ -212,6 +227,20 @@ fn what_is_not_finite_is_not_written() {
             assert!(format.write(&path, &Data::Mesh(mesh.clone())).is_err(), "{}", format.name);
         }
         assert!(!path.exists());
+    }
+}
+
+#[test]
+fn a_huge_count_of_nothing_costs_nothing() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (name, text) in [
+        ("a.ply", "ply\nformat ascii 1.0\nelement x 18446744073709551615\nend_header\n"),
+        ("a.xyz", "9007199254740992\nProperties=pos:R:3:radius:R:1\n"),
+        ("a.dump", "ITEM: NUMBER OF ATOMS\n9007199254740992\nITEM: ATOMS x y z radius\n"),
+    ] {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).expect("written");
+        assert!(read(&path).is_err(), "{name}");
     }
 }
 

@@ -12,6 +12,7 @@ use super::base64;
 use super::error::FormatError;
 use super::number::number;
 use super::particles::Particles;
+use super::stl::writable;
 use super::text::save;
 use crate::geometry::Mesh;
 use crate::num::Vec3;
@@ -56,9 +57,7 @@ pub fn write_particles(path: &Path, particles: &Particles) -> Result<Vec<String>
 
 /// Writes a surface as triangles.
 pub fn write_mesh(path: &Path, mesh: &Mesh) -> Result<Vec<String>, FormatError> {
-    if mesh.vertices.iter().flat_map(|v| v.iter()).any(|v| !v.is_finite()) {
-        return Err(FormatError::unwritable(path, "a vertex is not finite"));
-    }
+    writable(path, mesh)?;
     let corners: Vec<i64> = mesh.triangles.iter().flatten().map(|c| i64::from(*c)).collect();
     atomic::write(path, |out| {
         open(out)?;

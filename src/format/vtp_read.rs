@@ -308,7 +308,7 @@ impl<'a> VtkFile<'a> {
         if !cells("Strips", "offsets")?.is_empty() {
             return Err("holds triangle strips; triangulate it first".to_owned());
         }
-        if !vertices.is_empty() && cells("Polys", "offsets")?.is_empty() {
+        if cells("Polys", "offsets")?.is_empty() {
             return Err("holds neither polygons nor a point array `radius`".to_owned());
         }
         let limit = u32::try_from(vertices.len()).map_err(|_| "has too many vertices")?;
