@@ -36,7 +36,12 @@ duration = "1 ms"
 type Row = (&'static str, &'static str, &'static str, &'static [&'static str]);
 
 const SCENES: &[Row] = &[
-    ("misspelt key", "friction = 0.3", "fricton = 0.3", &["unknown field `fricton`", "did you mean `friction`", ":18:1"]),
+    (
+        "misspelt key",
+        "friction = 0.3",
+        "fricton = 0.3",
+        &["unknown field `fricton`", "did you mean `friction`", ":18:1"],
+    ),
     ("misspelt table", "[plan]", "[plann]", &["plann"]),
     ("wrong unit", "\"10 mm\"", "\"10 kg\"", &["`kg` is not a unit of length", "mm", ":8:8"]),
     ("no number", "\"10 mm\"", "\"ten mm\"", &["is not a length"]),
@@ -46,40 +51,110 @@ const SCENES: &[Row] = &[
     ("negative size", "\"10 mm\"", "\"-10 mm\"", &["`grains[0].size` is -0.01", "greater than 0"]),
     ("size NaN", "\"10 mm\"", "nan", &["must be a finite number"]),
     ("size infinite", "\"10 mm\"", "inf", &["must be a finite number"]),
-    ("size range upside down", "\"10 mm\"", "{ min = \"3 mm\", max = \"2 mm\" }", &["size.max", "at least size.min"]),
+    (
+        "size range upside down",
+        "\"10 mm\"",
+        "{ min = \"3 mm\", max = \"2 mm\" }",
+        &["size.max", "at least size.min"],
+    ),
     ("unknown shape", "\"sphere\"", "\"spere\"", &["spere", "sphere"]),
     ("shape without clump", "shape = \"sphere\"", "shape.union = {}", &["clump", "is missing"]),
-    ("clump for a sphere", "shape = \"sphere\"", "shape = \"sphere\"\nclump.normals = {}", &["given for a sphere"]),
+    (
+        "clump for a sphere",
+        "shape = \"sphere\"",
+        "shape = \"sphere\"\nclump.normals = {}",
+        &["given for a sphere"],
+    ),
     ("bad family name", "name = \"ball\"", "name = \"../ball\"", &["name", "letters, digits"]),
-    ("no such mesh file", "shape = \"sphere\"", "shape.files = { files = [\"nothing.stl\"] }\nclump.normals = {}", &["nothing.stl"]),
+    (
+        "no such mesh file",
+        "shape = \"sphere\"",
+        "shape.files = { files = [\"nothing.stl\"] }\nclump.normals = {}",
+        &["nothing.stl"],
+    ),
     ("density NaN", "\"2500 kg/m3\"", "nan", &["density must be a finite number"]),
     ("no density", "density = \"2500 kg/m3\"", "", &["material without a density"]),
-    ("unknown material", "shape = \"sphere\"", "shape = \"sphere\"\nmaterial = \"glas\"", &["\"glas\"", "one of \"glass\""]),
+    (
+        "unknown material",
+        "shape = \"sphere\"",
+        "shape = \"sphere\"\nmaterial = \"glas\"",
+        &["\"glas\"", "one of \"glass\""],
+    ),
     ("kn zero", "\"10 kN/m\"", "0", &["`contact.kn` is 0", "greater than 0"]),
     ("kn negative", "\"10 kN/m\"", "-5", &["`contact.kn` is -5"]),
     ("kn missing", "kn = \"10 kN/m\"", "", &["contact.kn", "is missing", "young"]),
-    ("kn and young", "kn = \"10 kN/m\"", "kn = 1e4\nyoung = \"1 MPa\"", &["contact.young", "one of the two"]),
-    ("restitution above one", "restitution = 0.5", "restitution = 1.2", &["`contact.restitution` is 1.2", "at most 1", ":17:15"]),
+    (
+        "kn and young",
+        "kn = \"10 kN/m\"",
+        "kn = 1e4\nyoung = \"1 MPa\"",
+        &["contact.young", "one of the two"],
+    ),
+    (
+        "restitution above one",
+        "restitution = 0.5",
+        "restitution = 1.2",
+        &["`contact.restitution` is 1.2", "at most 1", ":17:15"],
+    ),
     ("restitution zero", "restitution = 0.5", "restitution = 0.0", &["`contact.restitution` is 0"]),
-    ("restitution and cn", "restitution = 0.5", "restitution = 0.5\ncn = 1.0", &["contact.cn", "one of the two"]),
+    (
+        "restitution and cn",
+        "restitution = 0.5",
+        "restitution = 0.5\ncn = 1.0",
+        &["contact.cn", "one of the two"],
+    ),
     ("friction negative", "friction = 0.3", "friction = -0.3", &["`contact.friction` is -0.3"]),
     ("friction NaN", "friction = 0.3", "friction = nan", &["contact.friction"]),
     ("poisson alone", "kn = \"10 kN/m\"", "kn = 1e4\npoisson = 0.3", &["contact.poisson", "young"]),
     ("unknown dimension", "seed = 1", "seed = 1\ndimension = 4", &["`dimension` is 4", "2 or 3"]),
     ("negative seed", "seed = 1", "seed = -1", &[":3:8"]),
-    ("no container", "[container]\nshape.box = { size = [\"50 mm\", \"50 mm\", \"50 mm\"] }", "", &["container", "is missing"]),
-    ("flat container", "\"50 mm\", \"50 mm\", \"50 mm\"", "\"50 mm\", \"0 mm\", \"50 mm\"", &["container.shape", "greater than 0"]),
-    ("container too small", "\"50 mm\", \"50 mm\", \"50 mm\"", "\"5 mm\", \"5 mm\", \"5 mm\"", &["places no grain"]),
+    (
+        "no container",
+        "[container]\nshape.box = { size = [\"50 mm\", \"50 mm\", \"50 mm\"] }",
+        "",
+        &["container", "is missing"],
+    ),
+    (
+        "flat container",
+        "\"50 mm\", \"50 mm\", \"50 mm\"",
+        "\"50 mm\", \"0 mm\", \"50 mm\"",
+        &["container.shape", "greater than 0"],
+    ),
+    (
+        "container too small",
+        "\"50 mm\", \"50 mm\", \"50 mm\"",
+        "\"5 mm\", \"5 mm\", \"5 mm\"",
+        &["places no grain"],
+    ),
     ("unknown packing", "[packing.random]", "[packing.rnadom]", &["rnadom", "random"]),
     ("zero tries", "tries = 100", "tries = 0", &["packing.random.tries"]),
     ("negative duration", "\"1 ms\"", "\"-1 ms\"", &["`plan.duration` is -0.001"]),
-    ("step far too large", "duration = \"1 ms\"", "duration = \"1 s\"\nstep = \"0.1 s\"", &["plan.step", "above the stability limit", "auto"]),
+    (
+        "step far too large",
+        "duration = \"1 ms\"",
+        "duration = \"1 s\"\nstep = \"0.1 s\"",
+        &["plan.step", "above the stability limit", "auto"],
+    ),
     ("step zero", "duration = \"1 ms\"", "duration = \"1 ms\"\nstep = 0", &["`plan.step` is 0"]),
     ("step word", "duration = \"1 ms\"", "duration = \"1 ms\"\nstep = \"automatic\"", &["auto"]),
-    ("local damping one", "duration = \"1 ms\"", "duration = \"1 ms\"\nlocal_damping = 1.0", &["plan.local_damping"]),
-    ("gravity of two numbers", "duration = \"1 ms\"", "duration = \"1 ms\"\ngravity = [0, -9.81]", &["gravity = "]),
+    (
+        "local damping one",
+        "duration = \"1 ms\"",
+        "duration = \"1 ms\"\nlocal_damping = 1.0",
+        &["plan.local_damping"],
+    ),
+    (
+        "gravity of two numbers",
+        "duration = \"1 ms\"",
+        "duration = \"1 ms\"\ngravity = [0, -9.81]",
+        &["gravity = "],
+    ),
     ("no frames", "[plan]", "[output]\nframes = 0\n\n[plan]", &["output.frames"]),
-    ("negative tolerance", "[plan]", "[compare.tolerance]\nheight = -0.1\n\n[plan]", &["compare.tolerance.height"]),
+    (
+        "negative tolerance",
+        "[plan]",
+        "[compare.tolerance]\nheight = -0.1\n\n[plan]",
+        &["compare.tolerance.height"],
+    ),
     ("not TOML", "[plan]", "[plan", &[":26:"]),
     ("same key twice", "seed = 1", "seed = 1\nseed = 2", &["duplicate key"]),
 ];
@@ -158,7 +233,11 @@ fn wrong_meshes_are_refused_with_the_reason() {
         ("nan.stl", tetrahedron(false, false, "0 nan 1").into(), &["nan.stl"]),
         ("empty.stl", Vec::new(), &["empty.stl"]),
         ("words.stl", b"solid but not a mesh".to_vec(), &["words.stl"]),
-        ("cut.stl", [vec![0u8; 80], 100u32.to_le_bytes().to_vec(), vec![0u8; 70]].concat(), &["cut.stl"]),
+        (
+            "cut.stl",
+            [vec![0u8; 80], 100u32.to_le_bytes().to_vec(), vec![0u8; 70]].concat(),
+            &["cut.stl"],
+        ),
         ("mesh.xyzzy", b"what is this".to_vec(), &["xyzzy"]),
     ];
     for (name, bytes, expected) in rows {
@@ -181,7 +260,8 @@ fn an_inside_out_mesh_is_turned_and_reported() {
     let (code, message) = ending(&output);
     assert_eq!(code, Some(0), "{message}");
     assert!(message.contains("inside out") || message.contains("flipped"), "{message}");
-    let rows: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON on standard output");
+    let rows: serde_json::Value =
+        serde_json::from_slice(&output.stdout).expect("JSON on standard output");
     let volume = rows[0]["measures"]["volume"].as_f64().expect("a volume");
     assert!((volume - 1.0 / 6.0).abs() < 1e-12, "{volume}");
 }

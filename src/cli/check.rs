@@ -36,7 +36,10 @@ fn text(v: &Verdict) -> String {
             v.advice.impact_overlap * 100.0
         ),
     );
-    line("forecast", format!("{:.1} MB, about {} on one thread", v.memory / 1e6, duration(v.seconds)));
+    line(
+        "forecast",
+        format!("{:.1} MB, about {} on one thread", v.memory / 1e6, duration(v.seconds)),
+    );
     line("needs", v.needs.join(", "));
     line("left out", v.left_out.join(", "));
     for note in &v.solvers {

@@ -22,15 +22,22 @@ pub fn chosen(keys: &[String], screen: &Screen) -> Result<Vec<&'static dyn Solve
         let solvers = named(keys)?;
         let missing = solvers.iter().find(|solver| solver.find().is_none());
         return match missing {
-            Some(solver) => {
-                Err(Ending::Solver(format!("{} is not installed; {}", solver.name(), solver.how_to_install())))
-            }
+            Some(solver) => Err(Ending::Solver(format!(
+                "{} is not installed; {}",
+                solver.name(),
+                solver.how_to_install()
+            ))),
             None => Ok(solvers),
         };
     }
-    let (found, missing): (Vec<_>, Vec<_>) = solver::all().into_iter().partition(|s| s.find().is_some());
+    let (found, missing): (Vec<_>, Vec<_>) =
+        solver::all().into_iter().partition(|s| s.find().is_some());
     for solver in missing {
-        screen.warn(&format!("{} was not found and is left out; {}", solver.name(), solver.how_to_install()));
+        screen.warn(&format!(
+            "{} was not found and is left out; {}",
+            solver.name(),
+            solver.how_to_install()
+        ));
     }
     Ok(found)
 }
@@ -38,7 +45,7 @@ pub fn chosen(keys: &[String], screen: &Screen) -> Result<Vec<&'static dyn Solve
 /// Prints the result of a comparison.
 pub fn conclude(road: &Road, compared: &Compared, screen: &Screen) -> Result<(), Ending> {
     let page = road.store.path("report/index.html");
-    let text = format!("{}\n{}\n", compared.comparison.text(), page.display());
+    let text = format!("{}\n{}\n", compared.comparison.verdict(), page.display());
     screen.result(&compared.comparison, &text)?;
     if let Some(failure) = compared.failures.first() {
         return Err(Ending::Solver(failure.clone()));
@@ -47,5 +54,7 @@ pub fn conclude(road: &Road, compared: &Compared, screen: &Screen) -> Result<(),
     if compared.comparison.passed() {
         return Ok(());
     }
-    Err(Ending::Work("the solvers differ by more than the stated tolerances; see the report".to_owned()))
+    Err(Ending::Work(
+        "the solvers differ by more than the stated tolerances; see the report".to_owned(),
+    ))
 }

@@ -11,13 +11,20 @@ pub fn export(arguments: &Export, screen: &Screen) -> Result<(), Ending> {
     let scene = &arguments.scene;
     let mut road = Road::open(&scene.scene, scene.output.as_deref(), screen.job())?;
     let (_, built) = road.built()?;
-    let options = solver::DeckOptions { ranks: usize::from(arguments.ranks), ..solver::DeckOptions::default() };
+    let options = solver::DeckOptions {
+        ranks: usize::from(arguments.ranks),
+        ..solver::DeckOptions::default()
+    };
     let mut text = String::new();
     let mut written = Vec::new();
     for solver in solvers {
         let limits = solver.limits(&built.model);
         if let Some(refused) = limits.iter().find(|limit| limit.kind == LimitKind::Refused) {
-            return Err(Ending::Work(format!("{} cannot run this scene: {}", solver.name(), refused.what)));
+            return Err(Ending::Work(format!(
+                "{} cannot run this scene: {}",
+                solver.name(),
+                refused.what
+            )));
         }
         for limit in &limits {
             screen.warn(&format!("{}: {}", solver.name(), limit.what));

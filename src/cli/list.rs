@@ -20,11 +20,18 @@ struct Line {
 pub fn list(arguments: &List, screen: &Screen) -> Result<(), Ending> {
     if arguments.schema {
         let schema = schemars::schema_for!(Scene);
-        let text = serde_json::to_string_pretty(&schema).map_err(|error| Ending::Work(error.to_string()))?;
+        let text = serde_json::to_string_pretty(&schema)
+            .map_err(|error| Ending::Work(error.to_string()))?;
         return screen.raw(format!("{text}\n").as_bytes());
     }
     let all = [
-        Kind::Scenes, Kind::Shapes, Kind::Clumps, Kind::Packings, Kind::Contacts, Kind::Solvers, Kind::Formats,
+        Kind::Scenes,
+        Kind::Shapes,
+        Kind::Clumps,
+        Kind::Packings,
+        Kind::Contacts,
+        Kind::Solvers,
+        Kind::Formats,
     ];
     let lines: Vec<Line> = match arguments.what {
         Some(kind) => lines(kind),

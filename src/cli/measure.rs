@@ -5,7 +5,7 @@ use super::{Ending, Screen};
 use crate::format::{self, Data, particles::Particles};
 use crate::geometry::{Bounds, check};
 use crate::pack::measure::contacts_of;
-use crate::shape::descriptors::Descriptors;
+use crate::shape::descriptors::describe;
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -40,7 +40,7 @@ pub fn measure(arguments: &Measure, screen: &Screen) -> Result<(), Ending> {
                 if !repairs.is_none() {
                     screen.warn(&format!("{}: {repairs}", path.display()));
                 }
-                described(path, &Descriptors::of(&mesh))?
+                described(path, &describe(&mesh)?)?
             }
             Data::Particles(table) => described(path, &spheres(&table))?,
         };
@@ -68,11 +68,10 @@ fn spheres(table: &Particles) -> SphereMeasures {
     let bodies = body.iter().max().map_or(0, |last| *last as usize + 1);
     let median = crate::num::statistics::median(&table.radii).unwrap_or(0.0);
     let contacts = contacts_of(&table.positions, &table.radii, &body, GAP * median);
-    let bounds = table
-        .positions
-        .iter()
-        .zip(&table.radii)
-        .fold(Bounds::EMPTY, |bounds, (centre, radius)| bounds.union(&Bounds::of([centre]).grown(*radius)));
+    let bounds =
+        table.positions.iter().zip(&table.radii).fold(Bounds::EMPTY, |bounds, (centre, radius)| {
+            bounds.union(&Bounds::of([centre]).grown(*radius))
+        });
     let ball = |radius: &f64| 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
     SphereMeasures {
         spheres: table.len(),

@@ -11,12 +11,19 @@ use std::path::{Path, PathBuf};
 pub fn new(arguments: &New, screen: &Screen) -> Result<(), Ending> {
     let scene = find(&arguments.scene).ok_or_else(|| {
         let names: Vec<&str> = SCENES.iter().map(|scene| scene.name).collect();
-        Ending::Input(format!("there is no scene \"{}\"; known: {}", arguments.scene, names.join(", ")))
+        Ending::Input(format!(
+            "there is no scene \"{}\"; known: {}",
+            arguments.scene,
+            names.join(", ")
+        ))
     })?;
     let folder = arguments.folder.clone().unwrap_or_else(|| PathBuf::from(scene.name));
     let path = folder.join("scene.toml");
     if path.exists() {
-        return Err(Ending::Input(format!("{} exists already; choose another folder", path.display())));
+        return Err(Ending::Input(format!(
+            "{} exists already; choose another folder",
+            path.display()
+        )));
     }
     write(scene, &folder)?;
     let text = format!("{}\nnext: riprap check {}\n", path.display(), path.display());
@@ -35,6 +42,6 @@ pub fn write(scene: &Shipped, folder: &Path) -> Result<PathBuf, Ending> {
         write_sample_grains(&grains)?;
     }
     let path = folder.join("scene.toml");
-    atomic::write(&path, |out| out.write_all(scene.text.as_bytes())).map_err(unwritable)?;
+    atomic::write(&path, |out| out.write_all(scene.text.as_bytes()))?;
     Ok(path)
 }

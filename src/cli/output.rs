@@ -7,6 +7,7 @@ use crate::dem::DemError;
 use crate::format::FormatError;
 use crate::geometry::GeometryError;
 use crate::num::job::{Job, Progress, Silent};
+use crate::report::ReportError;
 use crate::scene::SceneError;
 use crate::scene::road::{Road, RoadError};
 use crate::shape::ShapeError;
@@ -66,7 +67,7 @@ macro_rules! is_input {
     )*};
 }
 
-is_input!(SceneError, FormatError, DemError, ShapeError, ClumpError, GeometryError);
+is_input!(SceneError, FormatError, DemError, ShapeError, ClumpError, GeometryError, ReportError);
 
 impl From<SolverError> for Ending {
     fn from(error: SolverError) -> Self {
@@ -95,7 +96,9 @@ impl Screen {
         let colour = match arguments.color {
             ColorChoice::Always => true,
             ColorChoice::Never => false,
-            ColorChoice::Auto => terminal && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty()),
+            ColorChoice::Auto => {
+                terminal && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty())
+            }
         };
         let cancelled = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&cancelled);
@@ -169,7 +172,8 @@ impl Screen {
     /// Standard output that cannot be written.
     pub fn result(&self, value: &impl serde::Serialize, text: &str) -> Result<(), Ending> {
         if self.json {
-            let json = serde_json::to_string_pretty(value).map_err(|error| Ending::Work(error.to_string()))?;
+            let json = serde_json::to_string_pretty(value)
+                .map_err(|error| Ending::Work(error.to_string()))?;
             return self.raw(format!("{json}\n").as_bytes());
         }
         if self.quiet {
@@ -231,7 +235,9 @@ impl Progress for Bar {
                 old.finish_and_clear();
             }
             let bar = ProgressBar::new(total);
-            if let Ok(style) = ProgressStyle::with_template("{msg:>12} {wide_bar} {pos}/{len}  {eta} left") {
+            if let Ok(style) =
+                ProgressStyle::with_template("{msg:>12} {wide_bar} {pos}/{len}  {eta} left")
+            {
                 bar.set_style(style);
             }
             bar.set_message(what.to_owned());

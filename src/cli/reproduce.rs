@@ -17,19 +17,30 @@ pub fn reproduce(arguments: &Reproduce, screen: &Screen) -> Result<(), Ending> {
 fn of_scene(arguments: &Reproduce, screen: &Screen) -> Result<(), Ending> {
     let mut road = Road::open(&arguments.input, arguments.output.as_deref(), screen.job())?;
     let grains = road.grains()?;
-    let clumps: Vec<&Clump> =
-        grains.distinct.iter().map(|grain| &grain.clump).filter(|clump| clump.fidelity.is_some()).collect();
+    let clumps: Vec<&Clump> = grains
+        .distinct
+        .iter()
+        .map(|grain| &grain.clump)
+        .filter(|clump| clump.fidelity.is_some())
+        .collect();
     let mut text = header();
     clumps.iter().take(12).for_each(|clump| text.push_str(&row(clump)));
     if clumps.len() > 12 {
-        text.push_str(&format!("… {} more in {}\n", clumps.len() - 12, road.store.path("clumps").display()));
+        text.push_str(&format!(
+            "… {} more in {}\n",
+            clumps.len() - 12,
+            road.store.path("clumps").display()
+        ));
     }
     let facts: Vec<_> = clumps.iter().map(|clump| facts(clump)).collect();
     screen.result(&json!({ "output": road.store.root(), "clumps": facts }), &text)
 }
 
 fn of_mesh(arguments: &Reproduce, screen: &Screen) -> Result<(), Ending> {
-    let name = arguments.input.file_stem().map_or("mesh".to_owned(), |stem| stem.to_string_lossy().into_owned());
+    let name = arguments
+        .input
+        .file_stem()
+        .map_or("mesh".to_owned(), |stem| stem.to_string_lossy().into_owned());
     let mesh = format::read_mesh(&arguments.input)?;
     let (mesh, repairs) = check::solid(mesh)
         .map_err(|fault| Ending::Input(format!("{}: {fault}", arguments.input.display())))?;
@@ -42,13 +53,19 @@ fn of_mesh(arguments: &Reproduce, screen: &Screen) -> Result<(), Ending> {
         Some(error) => to_error(&solid, &arguments.method, error, screen)?,
         None => with_spheres(&solid, &arguments.method, arguments.spheres.unwrap_or(20), screen)?,
     };
-    let output = arguments.output.clone().unwrap_or_else(|| arguments.input.with_extension("clump.csv"));
+    let output =
+        arguments.output.clone().unwrap_or_else(|| arguments.input.with_extension("clump.csv"));
     clump::file::write(&output, &clump)?;
     let text = format!("{}{}{}\n", header(), row(&clump), output.display());
     screen.result(&json!({ "output": output, "clump": facts(&clump) }), &text)
 }
 
-fn with_spheres(solid: &Solid, method: &str, spheres: u32, screen: &Screen) -> Result<Clump, Ending> {
+fn with_spheres(
+    solid: &Solid,
+    method: &str,
+    spheres: u32,
+    screen: &Screen,
+) -> Result<Clump, Ending> {
     let method = Method::with_spheres(method, spheres).ok_or_else(|| {
         let known: Vec<&str> = clump::METHODS.iter().map(|entry| entry.key).collect();
         Ending::Input(format!("there is no clump method \"{method}\"; known: {}", known.join(", ")))
@@ -59,7 +76,9 @@ fn with_spheres(solid: &Solid, method: &str, spheres: u32, screen: &Screen) -> R
 /// The first clump on a ladder of rising sphere counts whose RMS distance is at most `error` of the equivalent diameter.
 fn to_error(solid: &Solid, method: &str, error: f64, screen: &Screen) -> Result<Clump, Ending> {
     if !(error > 0.0 && error < 1.0) {
-        return Err(Ending::Input(format!("--error is {error}; allowed: greater than 0, less than 1")));
+        return Err(Ending::Input(format!(
+            "--error is {error}; allowed: greater than 0, less than 1"
+        )));
     }
     let ladder = [5, 7, 10, 14, 20, 28, 40, 56, 80, 113, 160, 226, 320, 452, 640, 905, 1280];
     let mut best = f64::INFINITY;
@@ -74,7 +93,9 @@ fn to_error(solid: &Solid, method: &str, error: f64, screen: &Screen) -> Result<
         }
         best = best.min(reached);
     }
-    Err(Ending::Work(format!("{method} does not reach an RMS distance of {error}; its best was {best:.4}")))
+    Err(Ending::Work(format!(
+        "{method} does not reach an RMS distance of {error}; its best was {best:.4}"
+    )))
 }
 
 fn header() -> String {

@@ -12,11 +12,7 @@ pub fn run(arguments: &arguments::Run, screen: &Screen) -> Result<(), Ending> {
     let (_, built, run) = road.run(arguments.resume)?;
     screen.remarks(&mut road);
     road.page()?;
-    let text = format!(
-        "{}{}\n",
-        summary(&run),
-        road.store.path("report/index.html").display()
-    );
+    let text = format!("{}{}\n", summary(&run), road.store.path("report/index.html").display());
     let json = json!({
         "output": road.store.root(),
         "outcome": run.outcome,
@@ -32,9 +28,10 @@ pub fn run(arguments: &arguments::Run, screen: &Screen) -> Result<(), Ending> {
 /// An ending of its own for runs that the guard stopped.
 pub fn finished(run: &Run) -> Result<(), Ending> {
     match &run.outcome {
-        Outcome::Stopped { step, time, reason } => {
-            Err(Ending::Work(format!("{} stopped at step {step} (t = {time:.6} s): {reason}", run.solver)))
-        }
+        Outcome::Stopped { step, time, reason } => Err(Ending::Work(format!(
+            "{} stopped at step {step} (t = {time:.6} s): {reason}",
+            run.solver
+        ))),
         Outcome::Failed { reason } => Err(Ending::Work(reason.clone())),
         Outcome::Cancelled { .. } => Err(Ending::Cancelled("stopped".to_owned())),
         Outcome::Finished => Ok(()),
@@ -43,7 +40,8 @@ pub fn finished(run: &Run) -> Result<(), Ending> {
 
 /// One paragraph on a run.
 pub fn summary(run: &Run) -> String {
-    let mut text = format!("{}: {} steps, {:.2} CPU s", run.solver, run.cost.steps, run.cost.cpu_seconds);
+    let mut text =
+        format!("{}: {} steps, {:.2} CPU s", run.solver, run.cost.steps, run.cost.cpu_seconds);
     if let Some(speed) = run.cost.speed() {
         text.push_str(&format!(", {:.2} M sphere-steps/s", speed * 1e-6));
     }

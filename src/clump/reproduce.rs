@@ -54,6 +54,30 @@ pub(super) struct Found {
 }
 
 impl Method {
+    /// The method with this key, set up for at most `spheres` spheres (R1: the
+    /// grid whose nodes in a ball of the solid's volume come nearest to that).
+    pub fn with_spheres(key: &str, spheres: u32) -> Option<Self> {
+        match key {
+            "nodes" => {
+                let across =
+                    (6.0 * f64::from(spheres) / std::f64::consts::PI).cbrt().clamp(2.0, 100.0);
+                Some(Self::Nodes(Nodes { across, ..Nodes::default() }))
+            }
+            "normals" => {
+                // The more spheres, the less each of them may stick out (measured on eight rocks).
+                let protrusion = (0.4 / f64::from(spheres)).clamp(0.002, 0.03);
+                let smallest = (0.6 / f64::from(spheres)).clamp(0.01, 0.03);
+                Some(Self::Normals(Normals {
+                    spheres: spheres as usize,
+                    protrusion,
+                    smallest,
+                    ..Normals::default()
+                }))
+            }
+            _ => None,
+        }
+    }
+
     /// # Errors
     /// [`Fault`] for a parameter out of its range, under the key of the method.
     pub fn validate(&self) -> Result<(), Fault> {

@@ -136,8 +136,7 @@ pub fn kinetic(setting: &Setting<'_>, state: &State) -> f64 {
     }
     for solid in &state.solids {
         let body = &model.bodies[solid.body as usize];
-        let velocity =
-            solid.velocity + (solid.load.force / body.mass + setting.gravity) * ahead;
+        let velocity = solid.velocity + (solid.load.force / body.mass + setting.gravity) * ahead;
         let momentum = solid.momentum + solid.load.torque * ahead;
         let inner = solid.turn.inverse_transform_vector(&momentum);
         total += 0.5 * body.mass * velocity.norm_squared()

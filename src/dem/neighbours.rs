@@ -48,7 +48,9 @@ impl Memory {
     fn of(state: &State) -> Self {
         let gather = |list: &List, key: &dyn Fn(u32, u32) -> (u64, bool)| {
             let mut kept = Vec::new();
-            for (slot, number) in state.order.iter().enumerate().take(list.start.len().saturating_sub(1)) {
+            for (slot, number) in
+                state.order.iter().enumerate().take(list.start.len().saturating_sub(1))
+            {
                 for k in list.start[slot] as usize..list.start[slot + 1] as usize {
                     if list.book.touching[k] {
                         let (name, turned) = key(*number, list.partner[k]);
@@ -250,8 +252,7 @@ fn pairs(setting: &Setting<'_>, state: &State, grid: &Grid, memory: &[(u64, Reco
     if !memory.is_empty() {
         for slot in 0..balls.len() {
             for k in start[slot] as usize..start[slot + 1] as usize {
-                let (name, turned) =
-                    name(state.order[slot], state.order[partner[k] as usize]);
+                let (name, turned) = name(state.order[slot], state.order[partner[k] as usize]);
                 if let Some(record) = recall(memory, name) {
                     book.restore(k, if turned { record.reversed() } else { record });
                 }

@@ -71,6 +71,20 @@ pub fn read(path: &Path) -> Result<Data, FormatError> {
     (format_of(path)?.read)(path).map(|(data, _)| data)
 }
 
+/// Reads a file that must hold a surface.
+///
+/// # Errors
+/// As [`read`]; a file of spheres.
+pub fn read_mesh(path: &Path) -> Result<Mesh, FormatError> {
+    match read(path)? {
+        Data::Mesh(mesh) => Ok(mesh),
+        Data::Particles(_) => Err(FormatError::file(
+            path,
+            "holds spheres, not a surface; a surface is .stl, .ply or .obj",
+        )),
+    }
+}
+
 /// Writes `data` in the format that the extension of `path` names, complete or
 /// not at all. Returns one sentence for each thing that was not written or was
 /// not known and had to be chosen.
@@ -124,5 +138,3 @@ fn known(test: impl Fn(&Format) -> bool) -> String {
         .collect();
     names.join(" ")
 }
-
-#[cfg(test)]

@@ -28,7 +28,6 @@ pub mod error;
 pub mod hull;
 pub mod intersection;
 pub mod repair;
-#[cfg(test)]
 pub mod topology;
 pub mod union;
 
@@ -36,8 +35,8 @@ pub use check::MeshFault;
 pub use error::GeometryError;
 pub use mass::MassProperties;
 pub use mesh::Mesh;
-pub use region::{Region, Surface};
-pub use visible::Visible;
 pub use primitive::{Posed, Primitive};
+pub use region::{Region, Surface};
 pub use repair::Repairs;
 pub use topology::MeshReport;
+pub use visible::Visible;

@@ -82,7 +82,9 @@ mod tests {
 
     #[test]
     fn dashpot_of_the_other_law_gives_the_published_error() {
-        for (asked, got) in [(0.9, 0.90202607), (0.5, 0.55028317), (0.2, 0.32486285), (0.1, 0.25272938)] {
+        for (asked, got) in
+            [(0.9, 0.90202607), (0.5, 0.55028317), (0.2, 0.32486285), (0.1, 0.25272938)]
+        {
             let zeta = damping_ratio(asked, true).expect("can be reached");
             assert!((restitution(zeta, false) - got).abs() < 5e-9, "{asked}");
         }

@@ -2,8 +2,8 @@
 //! two things every long computation is handed: a `Job` (progress, cancelling,
 //! threads) and a way to say what is wrong with an input (`Fault`).
 
-pub mod eigen;
 pub mod clock;
+pub mod eigen;
 pub mod entry;
 pub mod fault;
 pub mod job;

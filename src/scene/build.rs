@@ -44,7 +44,11 @@ pub fn build(
             let mine = &spheres[body.first_sphere as usize..][..body.sphere_count as usize];
             let radii: Vec<f64> = mine.iter().map(|sphere| sphere.radius).collect();
             // A body has at least one sphere, so there is a median.
-            GrainFacts { material: body.material, mass: body.mass, radius: median(&radii).unwrap_or(0.0) }
+            GrainFacts {
+                material: body.material,
+                mass: body.mass,
+                radius: median(&radii).unwrap_or(0.0),
+            }
         })
         .collect();
     let wall_materials: Vec<u16> = scene_walls.iter().map(|wall| wall.material).collect();
@@ -54,7 +58,13 @@ pub fn build(
         .map(|wall| Wall { material: contacts.of_walls[wall.material as usize], ..wall.clone() })
         .collect();
     let gravity = scene.plan.gravity.map_or_else(
-        || if scene.dimension == 2 { Vec3::new(0.0, -9.81, 0.0) } else { Vec3::new(0.0, 0.0, -9.81) },
+        || {
+            if scene.dimension == 2 {
+                Vec3::new(0.0, -9.81, 0.0)
+            } else {
+                Vec3::new(0.0, 0.0, -9.81)
+            }
+        },
         |vector| Vec3::from(vector.map(|c| c.0)),
     );
     let domain = domain(scene, region, &walls, &bodies, &spheres, &gravity);
@@ -102,10 +112,13 @@ fn bodies(
         .iter()
         .enumerate()
         .map(|(index, family)| {
-            scene.material(family.material.as_deref()).map_err(|f| f.under(format!("grains[{index}]")))
+            scene
+                .material(family.material.as_deref())
+                .map_err(|f| f.under(format!("grains[{index}]")))
         })
         .collect::<Result<_, _>>()?;
-    let densities: Vec<f64> = scene.materials.values().map(|m| m.density.map_or(0.0, |d| d.0)).collect();
+    let densities: Vec<f64> =
+        scene.materials.values().map(|m| m.density.map_or(0.0, |d| d.0)).collect();
     let mut bodies = Vec::with_capacity(placements.len());
     let mut spheres = Vec::new();
     for placement in placements {
@@ -116,7 +129,11 @@ fn bodies(
         let first_sphere = spheres.len() as u32;
         let body = bodies.len() as u32;
         let balls = &grain.clump.balls;
-        spheres.extend(balls.iter().map(|ball| Sphere { offset: ball.centre, radius: ball.radius, body }));
+        spheres.extend(balls.iter().map(|ball| Sphere {
+            offset: ball.centre,
+            radius: ball.radius,
+            body,
+        }));
         let mut made = if grain.clump.fidelity.is_none() {
             let radius = balls[0].radius;
             Body::sphere(dimension, placement.position, radius, density, material, first_sphere)
@@ -176,8 +193,14 @@ fn set_step(scene: &Scene, plan: &mut Plan, advice: &Advice) -> Result<(), Fault
     match scene.plan.step {
         StepParameter::Given(step) => {
             if step.0 > advice.limit && !scene.plan.insist {
-                let problem = format!("is {:.4e} s, above the stability limit {:.4e} s ({})", step.0, advice.limit, advice.reason);
-                let allowed = format!("at most {:.4e} s, \"auto\" ({:.4e} s), or `insist = true`", advice.limit, advice.step);
+                let problem = format!(
+                    "is {:.4e} s, above the stability limit {:.4e} s ({})",
+                    step.0, advice.limit, advice.reason
+                );
+                let allowed = format!(
+                    "at most {:.4e} s, \"auto\" ({:.4e} s), or `insist = true`",
+                    advice.limit, advice.step
+                );
                 return Err(Fault::new("plan.step", problem, allowed));
             }
             plan.step = step.0;
@@ -192,6 +215,7 @@ fn set_step(scene: &Scene, plan: &mut Plan, advice: &Advice) -> Result<(), Fault
     let every = |count: u32| (plan.steps / u64::from(count.max(1))).max(1);
     plan.frame_every = every(scene.output.frames);
     plan.series_every = every(scene.output.rows);
-    plan.checkpoint_every = if scene.output.checkpoints == 0 { 0 } else { every(scene.output.checkpoints) };
+    plan.checkpoint_every =
+        if scene.output.checkpoints == 0 { 0 } else { every(scene.output.checkpoints) };
     Ok(())
 }

@@ -29,7 +29,12 @@ impl Road {
     ///
     /// # Errors
     /// What the solver cannot express; a folder that cannot be written.
-    pub fn export(&mut self, solver: &dyn Solver, model: &Model, options: &DeckOptions) -> Result<Deck, RoadError> {
+    pub fn export(
+        &mut self,
+        solver: &dyn Solver,
+        model: &Model,
+        options: &DeckOptions,
+    ) -> Result<Deck, RoadError> {
         let folder = self.store.path("decks").join(solver.key());
         Ok(solver.write(model, &folder, options)?)
     }
@@ -63,12 +68,11 @@ impl Road {
         }
         let tolerance = &self.loaded.scene.compare.tolerance;
         let comparison = compare(&model, &ours, &others, &twins, tolerance);
+        self.store.write(&mut running, "compare.json", |out| {
+            Ok(serde_json::to_writer_pretty(out, &comparison)?)
+        })?;
         self.store
-            .write(&mut running, "compare.json", |out| Ok(serde_json::to_writer_pretty(out, &comparison)?))
-            ?;
-        self.store
-            .write(&mut running, "compare.csv", |out| out.write_all(comparison.csv().as_bytes()))
-            ?;
+            .write(&mut running, "compare.csv", |out| out.write_all(comparison.csv().as_bytes()))?;
         self.store.finish(running)?;
         let mut missing: Vec<String> = crate::solver::all()
             .into_iter()
@@ -123,7 +127,11 @@ impl Road {
                 .collect();
             threads
                 .into_iter()
-                .map(|thread| thread.join().unwrap_or_else(|_| Err("a solver's reader ended early".to_owned())))
+                .map(|thread| {
+                    thread
+                        .join()
+                        .unwrap_or_else(|_| Err("a solver's reader ended early".to_owned()))
+                })
                 .collect()
         });
         if self.job.is_cancelled() {
@@ -174,7 +182,9 @@ fn able(solvers: &[&'static dyn Solver], model: &Model) -> (Vec<&'static dyn Sol
     let mut refused = Vec::new();
     for solver in solvers {
         match solver.limits(model).into_iter().find(|limit| limit.kind == LimitKind::Refused) {
-            Some(limit) => refused.push(format!("{} cannot run this scene: {}", solver.name(), limit.what)),
+            Some(limit) => {
+                refused.push(format!("{} cannot run this scene: {}", solver.name(), limit.what))
+            }
             None => able.push(*solver),
         }
     }

@@ -46,7 +46,11 @@ impl Loaded {
         let bytes = std::fs::read(path)
             .map_err(|source| SceneError::Unreadable { path: path.to_owned(), source })?;
         let text = String::from_utf8(bytes).map_err(|error| {
-            let message = format!("{}: is not UTF-8 text at byte {}", path.display(), error.utf8_error().valid_up_to());
+            let message = format!(
+                "{}: is not UTF-8 text at byte {}",
+                path.display(),
+                error.utf8_error().valid_up_to()
+            );
             SceneError::Wrong { messages: vec![message] }
         })?;
         Self::parse(path, text)
@@ -73,7 +77,14 @@ impl Loaded {
     pub fn wrong(&self, faults: &[Fault]) -> SceneError {
         let messages = faults
             .iter()
-            .map(|fault| pointed(&self.path, &self.text, &place_of(&self.text, &fault.key), &fault.to_string()))
+            .map(|fault| {
+                pointed(
+                    &self.path,
+                    &self.text,
+                    &place_of(&self.text, &fault.key),
+                    &fault.to_string(),
+                )
+            })
             .collect();
         SceneError::Wrong { messages }
     }
@@ -121,13 +132,19 @@ fn place_of(text: &str, key: &str) -> Range<usize> {
     let Ok(table) = DeTable::parse(text) else { return 0..0 };
     let mut place = 0..0;
     let mut current: Option<&Spanned<DeValue>> = None;
-    for (step, part) in key.replace('[', ".[").split('.').filter(|part| !part.is_empty()).enumerate() {
+    for (step, part) in
+        key.replace('[', ".[").split('.').filter(|part| !part.is_empty()).enumerate()
+    {
         let next = match part.strip_prefix('[').and_then(|index| index.strip_suffix(']')) {
             Some(index) => index.parse::<usize>().ok().and_then(|index| {
-                current.and_then(|value| value.get_ref().as_array()).and_then(|array| array.get(index))
+                current
+                    .and_then(|value| value.get_ref().as_array())
+                    .and_then(|array| array.get(index))
             }),
             None if step == 0 => table.get_ref().get(part),
-            None => current.and_then(|value| value.get_ref().as_table()).and_then(|table| table.get(part)),
+            None => current
+                .and_then(|value| value.get_ref().as_table())
+                .and_then(|table| table.get(part)),
         };
         let Some(found) = next else { break };
         place = found.span();

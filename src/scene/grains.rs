@@ -6,6 +6,7 @@ use crate::clump::{self, Clump};
 use crate::num::random::{stream, uniform};
 use crate::num::{Fault, Job};
 use crate::shape::{self, Shape, Solid};
+use std::path::Path;
 
 /// One distinct grain: what it is drawn from.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,10 +33,13 @@ pub struct Grain {
 }
 
 /// Number of distinct grains of a family.
-fn distinct(family: &Family) -> u32 {
+fn distinct(family: &Family, base: &Path) -> u32 {
     let natural = match (&family.shape, family.size) {
         (Shape::Sphere, Some(Size::Fixed(_))) => 1,
-        (Shape::Files(files), Some(Size::Fixed(_)) | None) => files.count_hint().unwrap_or(family.count),
+        // Files that cannot be listed are reported when the shapes are read.
+        (Shape::Files(files), Some(Size::Fixed(_)) | None) => {
+            files.list(base).map_or(family.count, |found| found.len() as u32)
+        }
         _ => family.count,
     };
     family.distinct.unwrap_or(natural).min(family.count)
@@ -46,11 +50,12 @@ pub fn draws(loaded: &Loaded) -> Vec<Draw> {
     let scene = &loaded.scene;
     let mut draws = Vec::new();
     for (number, family) in scene.grains.iter().enumerate() {
-        for index in 0..distinct(family) {
+        for index in 0..distinct(family, loaded.base()) {
             let size = family.size.map(|size| match size {
                 Size::Fixed(length) => length.0,
                 Size::Uniform(limits) => {
-                    let mut source = stream(scene.seed, &format!("size {}", family.name), u64::from(index));
+                    let mut source =
+                        stream(scene.seed, &format!("size {}", family.name), u64::from(index));
                     uniform(&mut source, limits.min.0, limits.max.0)
                 }
             });
@@ -85,7 +90,7 @@ pub fn solid(loaded: &Loaded, draw: &Draw) -> Result<Option<Solid>, Fault> {
     let purpose = format!("shape {}", family.name);
     shape::generate(
         &family.shape,
-        &draw.name,
+        &family.name,
         u64::from(draw.index),
         draw.size,
         loaded.scene.seed,
@@ -103,7 +108,12 @@ pub fn solid(loaded: &Loaded, draw: &Draw) -> Result<Option<Solid>, Fault> {
 ///
 /// # Errors
 /// A fault under the family's `clump` if the method finds no spheres for this shape.
-pub fn reproduce(loaded: &Loaded, draw: &Draw, solid: Option<&Solid>, job: &Job) -> Result<Clump, Fault> {
+pub fn reproduce(
+    loaded: &Loaded,
+    draw: &Draw,
+    solid: Option<&Solid>,
+    job: &Job,
+) -> Result<Clump, Fault> {
     let family = &loaded.scene.grains[draw.family as usize];
     let (Some(solid), Some(method)) = (solid, &family.clump) else {
         let radius = draw.size.unwrap_or(1.0) * 0.5;
@@ -112,8 +122,16 @@ pub fn reproduce(loaded: &Loaded, draw: &Draw, solid: Option<&Solid>, job: &Job)
             _ => clump::sphere(&draw.name, radius),
         });
     };
-    clump::reproduce(solid, method, family.mass, loaded.scene.seed, u64::from(draw.index), job).map_err(|error| {
+    let wrong = |problem: String| {
         let key = format!("grains[{}].clump", draw.family);
-        Fault::new(key, error.to_string(), "parameters that give at least two spheres")
-    })
+        Fault::new(key, problem, "parameters that give at least two spheres")
+    };
+    let clump =
+        clump::reproduce(solid, method, family.mass, loaded.scene.seed, u64::from(draw.index), job)
+            .map_err(|error| wrong(error.to_string()))?;
+    // One sphere cannot carry the inertia of another solid in LIGGGHTS.
+    if clump.balls.len() < 2 {
+        return Err(wrong(format!("gives a single sphere for {}", clump.name)));
+    }
+    Ok(clump)
 }

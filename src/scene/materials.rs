@@ -63,28 +63,40 @@ struct Side {
 
 impl Side {
     /// A wall: infinitely heavy and flat.
-    const WALL: Self =
-        Self { radius: f64::INFINITY, mass: f64::INFINITY, lightest: f64::INFINITY, heaviest: f64::INFINITY };
+    const WALL: Self = Self {
+        radius: f64::INFINITY,
+        mass: f64::INFINITY,
+        lightest: f64::INFINITY,
+        heaviest: f64::INFINITY,
+    };
 }
 
 /// Computes the table. `wall_materials` are the scene materials of all walls.
 ///
 /// # Errors
 /// A fault if a restitution cannot be reached by the law that was asked for.
-pub fn contacts(scene: &Scene, grains: &[GrainFacts], wall_materials: &[u16]) -> Result<Contacts, Fault> {
+pub fn contacts(
+    scene: &Scene,
+    grains: &[GrainFacts],
+    wall_materials: &[u16],
+) -> Result<Contacts, Fault> {
     let mut materials: Vec<Material> = scene
         .materials
         .iter()
         .map(|(name, m)| Material { name: name.clone(), density: m.density.map_or(0.0, |d| d.0) })
         .collect();
     let scene_count = materials.len();
-    let mut sides: Vec<Option<Side>> = (0..scene_count).map(|index| grain_side(index as u16, grains)).collect();
+    let mut sides: Vec<Option<Side>> =
+        (0..scene_count).map(|index| grain_side(index as u16, grains)).collect();
     let mut origin: Vec<usize> = (0..scene_count).collect();
     let mut of_walls: Vec<u16> = (0..scene_count as u16).collect();
     let mut walls_only: Vec<bool> = sides.iter().map(Option::is_none).collect();
     for &wall in wall_materials {
         let index = wall as usize;
-        if sides[index].is_some() && of_walls[index] == wall && depends_on_mass_or_radius(scene, index) {
+        if sides[index].is_some()
+            && of_walls[index] == wall
+            && depends_on_mass_or_radius(scene, index)
+        {
             of_walls[index] = materials.len() as u16;
             materials.push(Material {
                 name: format!("{}_wall", materials[index].name),
@@ -108,10 +120,14 @@ pub fn contacts(scene: &Scene, grains: &[GrainFacts], wall_materials: &[u16]) ->
                 (None, None) => (shared.unwrap_or(Side::WALL), Side::WALL),
                 (first, second) => (first.unwrap_or(Side::WALL), second.unwrap_or(Side::WALL)),
             };
-            let facts = pair(parameters, first, second, scene.plan.tension).map_err(|f| f.under(&key))?;
+            let facts =
+                pair(parameters, first, second, scene.plan.tension).map_err(|f| f.under(&key))?;
             table.set(a as u16, b as u16, facts.contact);
-            let touching_walls = wall_materials.iter().any(|w| [a, b].contains(&(of_walls[*w as usize] as usize)));
-            if sides[a].is_some() && sides[b].is_some() || !(walls_only[a] && walls_only[b]) && touching_walls {
+            let touching_walls =
+                wall_materials.iter().any(|w| [a, b].contains(&(of_walls[*w as usize] as usize)));
+            if sides[a].is_some() && sides[b].is_some()
+                || !(walls_only[a] && walls_only[b]) && touching_walls
+            {
                 let between = [materials[a].name.clone(), materials[b].name.clone()];
                 pairs.push(PairFacts { between, ..facts });
             }
@@ -158,10 +174,16 @@ fn effective(a: f64, b: f64) -> f64 {
     1.0 / (1.0 / a + 1.0 / b)
 }
 
-fn pair(parameters: &ContactParameters, a: Side, b: Side, tension: bool) -> Result<PairFacts, Fault> {
+fn pair(
+    parameters: &ContactParameters,
+    a: Side,
+    b: Side,
+    tension: bool,
+) -> Result<PairFacts, Fault> {
     let ratio = parameters.poisson.map_or(2.0 / 7.0, |nu| 2.0 * (1.0 - nu) / (2.0 - nu));
     let smaller = a.radius.min(b.radius);
-    let length = if b.radius.is_finite() && a.radius.is_finite() { a.radius + b.radius } else { smaller };
+    let length =
+        if b.radius.is_finite() && a.radius.is_finite() { a.radius + b.radius } else { smaller };
     let (kn, source) = match (parameters.kn, parameters.young) {
         (Some(kn), _) => (kn.0, "kn as given".to_owned()),
         (None, Some(young)) => {
@@ -169,7 +191,9 @@ fn pair(parameters: &ContactParameters, a: Side, b: Side, tension: bool) -> Resu
             let how = format!("kn = E π r²/L with r = {smaller:.4e} m, L = {length:.4e} m");
             (kn, how)
         }
-        (None, None) => return Err(Fault::new("kn", "is missing", "`kn`, or `young` and `poisson`")),
+        (None, None) => {
+            return Err(Fault::new("kn", "is missing", "`kn`, or `young` and `poisson`"));
+        }
     };
     let (kt, tangential) = match (parameters.kt, parameters.poisson) {
         (Some(kt), _) => (kt.0, "kt as given"),
@@ -180,7 +204,11 @@ fn pair(parameters: &ContactParameters, a: Side, b: Side, tension: bool) -> Resu
     let cn = match (parameters.cn, parameters.restitution) {
         (Some(cn), _) => cn.0,
         (None, Some(e)) => dashpot(e, kn, mass, tension).ok_or_else(|| {
-            Fault::new("restitution", format!("is {e}"), "a value that the dashpot can give, 0 < e ≤ 1")
+            Fault::new(
+                "restitution",
+                format!("is {e}"),
+                "a value that the dashpot can give, 0 < e ≤ 1",
+            )
         })?,
         (None, None) => 0.0,
     };

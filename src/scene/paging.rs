@@ -21,7 +21,8 @@ pub fn write(
 ) -> Result<(), RoadError> {
     let mut running = road.store.begin("report", "")?;
     let path = road.store.prepare(&mut running, "report/index.html")?;
-    let solids: Vec<Solid> = packed.grains.distinct.iter().filter_map(|grain| grain.solid.clone()).collect();
+    let solids: Vec<Solid> =
+        packed.grains.distinct.iter().filter_map(|grain| grain.solid.clone()).collect();
     let clumps: Vec<Clump> = packed
         .grains
         .distinct

@@ -4,7 +4,9 @@
 use crate::geometry::Container;
 use crate::model::Scheme;
 use crate::num::Fault;
-use crate::num::units::{Acceleration, Damping, Density, Length, Pressure, Speed, Spin, Stiffness, Time};
+use crate::num::units::{
+    Acceleration, Damping, Density, Length, Pressure, Speed, Spin, Stiffness, Time,
+};
 use crate::report::compare::Tolerances;
 use crate::{clump, pack, shape};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -420,7 +422,11 @@ impl Scene {
         for (index, family) in self.grains.iter().enumerate() {
             let here = format!("grains[{index}]");
             note(family.validate(self.dimension).map_err(|fault| fault.under(&here)));
-            note(self.material_of_grain(family.material.as_deref()).map(drop).map_err(|f| f.under(&here)));
+            note(
+                self.material_of_grain(family.material.as_deref())
+                    .map(drop)
+                    .map_err(|f| f.under(&here)),
+            );
             if self.grains[..index].iter().any(|other| other.name == family.name) {
                 let problem = format!("is \"{}\", as in an earlier family", family.name);
                 note(Err(Fault::new("name", problem, "a name of its own").under(&here)));
@@ -457,7 +463,11 @@ impl Scene {
             if matches!(self.packing, pack::Method::Placed(_)) {
                 return Ok(());
             }
-            return Err(Fault::new("container", "is missing", "a [container] for this packing method"));
+            return Err(Fault::new(
+                "container",
+                "is missing",
+                "a [container] for this packing method",
+            ));
         };
         container.validate(self.dimension).map_err(|fault| fault.under("container"))?;
         self.material(container.material.as_deref()).map(drop).map_err(|f| f.under("container"))
@@ -481,7 +491,8 @@ impl Scene {
 
     fn material_of_grain(&self, name: Option<&str>) -> Result<u16, Fault> {
         let index = self.material(name)?;
-        let has_density = self.materials.values().nth(index as usize).is_some_and(|m| m.density.is_some());
+        let has_density =
+            self.materials.values().nth(index as usize).is_some_and(|m| m.density.is_some());
         if has_density {
             return Ok(index);
         }
@@ -540,12 +551,16 @@ impl Family {
         }
         match (&self.clump, sphere) {
             (Some(_), true) => Err(Fault::new("clump", "is given for a sphere", "no `clump` key")),
-            (None, false) => {
-                Err(Fault::new("clump", "is missing", "a clump method for this shape, see `riprap list clumps`"))
-            }
-            (None, true) if self.size.is_none() => {
-                Err(Fault::new("size", "is missing", "a diameter, as spheres have no size of their own"))
-            }
+            (None, false) => Err(Fault::new(
+                "clump",
+                "is missing",
+                "a clump method for this shape, see `riprap list clumps`",
+            )),
+            (None, true) if self.size.is_none() => Err(Fault::new(
+                "size",
+                "is missing",
+                "a diameter, as spheres have no size of their own",
+            )),
             (Some(method), false) => method.validate().map_err(|fault| fault.under("clump")),
             (None, true) => Ok(()),
         }
@@ -557,7 +572,9 @@ impl ContactParameters {
         match (self.kn, self.young) {
             (Some(kn), None) => Fault::positive("kn", kn.0)?,
             (None, Some(young)) => Fault::positive("young", young.0)?,
-            (None, None) => return Err(Fault::new("kn", "is missing", "`kn`, or `young` and `poisson`")),
+            (None, None) => {
+                return Err(Fault::new("kn", "is missing", "`kn`, or `young` and `poisson`"));
+            }
             (Some(_), Some(_)) => {
                 return Err(Fault::new("young", "is given besides `kn`", "one of the two"));
             }
@@ -568,7 +585,11 @@ impl ContactParameters {
         if let Some(poisson) = self.poisson {
             Fault::within("poisson", poisson, 0.0, 0.5)?;
             if self.young.is_none() {
-                return Err(Fault::new("poisson", "is given without `young`", "both, or `kn` and `kt`"));
+                return Err(Fault::new(
+                    "poisson",
+                    "is given without `young`",
+                    "both, or `kn` and `kt`",
+                ));
             }
         }
         if let Some(e) = self.restitution {
@@ -603,13 +624,21 @@ impl WallParameters {
             WallShapeParameters::Plane { point, normal } => {
                 for (axis, value) in point.iter().enumerate() {
                     if !value.0.is_finite() {
-                        return Err(Fault::new(format!("shape.plane.point[{axis}]"), "is not finite", "a length"));
+                        return Err(Fault::new(
+                            format!("shape.plane.point[{axis}]"),
+                            "is not finite",
+                            "a length",
+                        ));
                     }
                 }
                 validate_direction("shape.plane.normal", normal)?;
                 if dimension == 2 && normal[2] != 0.0 {
                     let problem = "leaves the x–y plane";
-                    return Err(Fault::new("shape.plane.normal", problem, "a third component of 0"));
+                    return Err(Fault::new(
+                        "shape.plane.normal",
+                        problem,
+                        "a third component of 0",
+                    ));
                 }
             }
             WallShapeParameters::Sides(container) => {
@@ -618,7 +647,11 @@ impl WallParameters {
             WallShapeParameters::Mesh { unit, .. } => {
                 Fault::positive("shape.mesh.unit", unit.0)?;
                 if dimension == 2 {
-                    return Err(Fault::new("shape.mesh", "is a surface in space", "planes in two dimensions"));
+                    return Err(Fault::new(
+                        "shape.mesh",
+                        "is a surface in space",
+                        "planes in two dimensions",
+                    ));
                 }
             }
         }
@@ -639,14 +672,18 @@ impl MotionParameters {
     fn validate(&self, dimension: u8) -> Result<(), Fault> {
         match self {
             Self::Still => Ok(()),
-            Self::Translate { velocity } if dimension == 2 && velocity[2].0 != 0.0 => {
-                Err(Fault::new("translate.velocity", "leaves the x–y plane", "a third component of 0"))
-            }
+            Self::Translate { velocity } if dimension == 2 && velocity[2].0 != 0.0 => Err(
+                Fault::new("translate.velocity", "leaves the x–y plane", "a third component of 0"),
+            ),
             Self::Translate { .. } => Ok(()),
             Self::Rotate { axis, .. } => {
                 validate_direction("rotate.axis", axis)?;
                 if dimension == 2 && (axis[0] != 0.0 || axis[1] != 0.0) {
-                    return Err(Fault::new("rotate.axis", "leaves the x–y plane", "[0, 0, 1] in two dimensions"));
+                    return Err(Fault::new(
+                        "rotate.axis",
+                        "leaves the x–y plane",
+                        "[0, 0, 1] in two dimensions",
+                    ));
                 }
                 Ok(())
             }

@@ -10,11 +10,13 @@ use crate::clump::{self, Clump, ClumpError};
 use crate::format::{self, FormatError};
 use crate::num::{Fault, Job};
 use crate::pack::{self, PackError, Packing};
-use crate::shape::{Solid, descriptors};
+use crate::shape::Solid;
+use crate::shape::descriptors::describe;
 use crate::solver::SolverError;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
+use std::io::Write;
 use std::path::Path;
 
 /// Why the road ended early.
@@ -112,7 +114,9 @@ impl Road {
     pub fn solids(&mut self) -> Result<(Vec<Draw>, Vec<Option<Solid>>, String), RoadError> {
         let draws = grains::draws(&self.loaded);
         let families = self.parameters(&|scene| {
-            let part = |f: &super::parameters::Family| json!([f.name, f.count, f.size, f.shape, f.distinct]);
+            let part = |f: &super::parameters::Family| {
+                json!([f.name, f.count, f.size, f.shape, f.distinct])
+            };
             json!([scene.seed, scene.dimension, scene.grains.iter().map(part).collect::<Vec<_>>()])
         });
         let key = key("", &[families], self.loaded.base());
@@ -133,7 +137,8 @@ impl Road {
                     if self.job.is_cancelled() {
                         return Err(RoadError::Cancelled);
                     }
-                    let solid = grains::solid(&self.loaded, draw).map_err(|fault| self.wrong(fault))?;
+                    let solid =
+                        grains::solid(&self.loaded, draw).map_err(|fault| self.wrong(fault))?;
                     let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
                     self.job.report("grains", count, draws.len() as u64);
                     Ok(solid)
@@ -142,10 +147,7 @@ impl Road {
         })?;
         let solids: Vec<&Solid> = made.iter().flatten().collect();
         for solid in &solids {
-            let path = self
-                .store
-                .prepare(&mut running, &format!("shapes/{}.stl", solid.name))
-                ?;
+            let path = self.store.prepare(&mut running, &format!("shapes/{}.stl", solid.name))?;
             format::stl::write(&path, &solid.mesh)?;
         }
         if !solids.is_empty() {
@@ -153,13 +155,10 @@ impl Road {
                 .iter()
                 .map(|s| Remembered { name: s.name.clone(), recipe: s.recipe.clone() })
                 .collect();
-            self.store
-                .write(&mut running, "shapes/shapes.json", |out| Ok(serde_json::to_writer_pretty(out, &remembered)?))
-                ?;
-            let table = descriptors::table(solids.iter().map(|s| (s.name.as_str(), &s.mesh)));
-            self.store
-                .write(&mut running, "shapes/shapes.csv", |out| out.write_all(table.as_bytes()))
-                ?;
+            self.store.write(&mut running, "shapes/shapes.json", |out| {
+                Ok(serde_json::to_writer_pretty(out, &remembered)?)
+            })?;
+            self.store.write(&mut running, "shapes/shapes.csv", |out| write_table(out, &solids))?;
         }
         running.count("shapes", solids.len());
         Ok(self.store.finish(running)?)
@@ -180,9 +179,15 @@ impl Road {
                 if matches!(family.shape, crate::shape::Shape::Sphere) {
                     return Ok(None);
                 }
-                let mesh = format::stl::read(&self.store.path(&format!("shapes/{}.stl", known.name)))?;
+                let mesh =
+                    format::stl::read(&self.store.path(&format!("shapes/{}.stl", known.name)))?;
                 let mass = mesh.mass_properties();
-                Ok(Some(Solid { name: known.name.clone(), mesh, mass, recipe: known.recipe.clone() }))
+                Ok(Some(Solid {
+                    name: known.name.clone(),
+                    mesh,
+                    mass,
+                    recipe: known.recipe.clone(),
+                }))
             })
             .collect()
     }
@@ -215,7 +220,11 @@ impl Road {
         Ok(Grains { distinct, copies, key })
     }
 
-    fn reproduce_all(&self, draws: &[Draw], solids: &[Option<Solid>]) -> Result<Vec<Clump>, RoadError> {
+    fn reproduce_all(
+        &self,
+        draws: &[Draw],
+        solids: &[Option<Solid>],
+    ) -> Result<Vec<Clump>, RoadError> {
         let done = std::sync::atomic::AtomicU64::new(0);
         let alone = self.job.with_threads(1);
         in_pool(&self.job, || {
@@ -263,7 +272,12 @@ impl Road {
         let grains = self.grains()?;
         let room = Room::of(&self.loaded).map_err(|fault| self.wrong(fault))?;
         let method = self.parameters(&|scene| {
-            json!([scene.seed, scene.dimension, scene.container.as_ref().map(|c| &c.shape), scene.packing])
+            json!([
+                scene.seed,
+                scene.dimension,
+                scene.container.as_ref().map(|c| &c.shape),
+                scene.packing
+            ])
         });
         let key = key(&grains.key, &[method], self.loaded.base());
         let packing = if self.store.is_done("pack", &key) {
@@ -281,14 +295,20 @@ impl Road {
             .iter()
             .map(|&copy| {
                 let grain = &grains.distinct[copy as usize];
-                pack::Grain { clump: &grain.clump, solid: grain.solid.as_ref(), family: grain.family }
+                pack::Grain {
+                    clump: &grain.clump,
+                    solid: grain.solid.as_ref(),
+                    family: grain.family,
+                }
             })
             .collect();
         let scene = &self.loaded.scene;
         let names: Vec<&str> = scene.grains.iter().map(|family| family.name.as_str()).collect();
         let dimension = scene.dimension as usize;
         let packed = match (&room.region, &scene.packing) {
-            (Some(region), method) => pack::pack(&list, &names, region, method, scene.seed, &self.job),
+            (Some(region), method) => {
+                pack::pack(&list, &names, region, method, scene.seed, &self.job)
+            }
             (None, pack::Method::Placed(placed)) => {
                 pack::pack_freely(&list, &names, dimension, placed, &self.job)
             }
@@ -303,16 +323,19 @@ impl Road {
         }
         if packing.placements.is_empty() {
             let problem = "places no grain at all in this container";
-            return Err(self.wrong(Fault::new("packing", problem, "a larger container or smaller grains")));
+            return Err(self.wrong(Fault::new(
+                "packing",
+                problem,
+                "a larger container or smaller grains",
+            )));
         }
         let path = self.store.prepare(&mut running, "packing.csv")?;
-        pack::file::write(&path, &packing.placements, &list).map_err(|error| RoadError::Work(error.to_string()))?;
-        self.store
-            .write(&mut running, "packing.json", |out| {
-                let summary = Packing { placements: Vec::new(), ..packing.clone() };
-                Ok(serde_json::to_writer_pretty(out, &summary)?)
-            })
-            ?;
+        pack::file::write(&path, &packing.placements, &list)
+            .map_err(|error| RoadError::Work(error.to_string()))?;
+        self.store.write(&mut running, "packing.json", |out| {
+            let summary = Packing { placements: Vec::new(), ..packing.clone() };
+            Ok(serde_json::to_writer_pretty(out, &summary)?)
+        })?;
         running.count("placed", packing.placements.len());
         running.count("dropped", packing.dropped.len());
         self.store.finish(running)?;
@@ -338,9 +361,49 @@ impl Road {
 
     fn build(&self, packed: &Packed) -> Result<Built, RoadError> {
         let Packed { room, grains, packing, .. } = packed;
-        build::build(&self.loaded, room.region.as_ref(), &room.walls, &grains.distinct, &grains.copies, packing)
-            .map_err(|fault| self.wrong(fault))
+        build::build(
+            &self.loaded,
+            room.region.as_ref(),
+            &room.walls,
+            &grains.distinct,
+            &grains.copies,
+            packing,
+        )
+        .map_err(|fault| self.wrong(fault))
     }
+}
+
+/// `shapes.csv`: descriptors in SI units, one row a solid.
+fn write_table(out: &mut dyn Write, solids: &[&Solid]) -> std::io::Result<()> {
+    writeln!(
+        out,
+        "name,volume,area,volume_diameter,area_diameter,long,intermediate,short,elongation,flatness,\
+         zingg,krumbein_sphericity,projection_sphericity,wadell_sphericity,convexity,recipe"
+    )?;
+    for solid in solids {
+        let d = describe(&solid.mesh).map_err(std::io::Error::other)?;
+        writeln!(
+            out,
+            "{},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:?},{:e},{:e},{:e},{:e},\"{}\"",
+            solid.name,
+            d.volume,
+            d.area,
+            d.volume_diameter,
+            d.area_diameter,
+            d.long,
+            d.intermediate,
+            d.short,
+            d.elongation,
+            d.flatness,
+            d.zingg,
+            d.krumbein_sphericity,
+            d.projection_sphericity,
+            d.wadell_sphericity,
+            d.convexity,
+            solid.recipe.replace('"', "'")
+        )?;
+    }
+    Ok(())
 }
 
 /// Runs `work` on a pool of the job's threads; on the caller's thread where no pool can be had.

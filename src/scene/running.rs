@@ -68,7 +68,8 @@ impl Observer for Recorder {
                 state: state.to_vec(),
             };
             let bytes = postcard::to_stdvec(&saved).map_err(std::io::Error::other)?;
-            atomic::write(&me.checkpoint, |out| out.write_all(&bytes)).map_err(std::io::Error::other)
+            atomic::write(&me.checkpoint, |out| out.write_all(&bytes))
+                .map_err(std::io::Error::other)
         });
     }
 }
@@ -83,7 +84,15 @@ impl Road {
     pub fn run(&mut self, resume: bool) -> Result<(Packed, Built, Run), RoadError> {
         let (packed, built) = self.built()?;
         let scene = &self.loaded.scene;
-        let rest = json!([scene.materials, scene.contact, scene.pairs, scene.container, scene.walls, scene.plan, scene.output]);
+        let rest = json!([
+            scene.materials,
+            scene.contact,
+            scene.pairs,
+            scene.container,
+            scene.walls,
+            scene.plan,
+            scene.output
+        ]);
         let key = store::key(&packed.key, &[rest], self.loaded.base());
         if self.store.is_done("run", &key) {
             let run = self.read_run()?;
@@ -139,15 +148,14 @@ impl Road {
         if saved.key == key {
             return Some(saved);
         }
-        self.remarks.push("the checkpoint belongs to other inputs; starting from the packing".to_owned());
+        self.remarks
+            .push("the checkpoint belongs to other inputs; starting from the packing".to_owned());
         None
     }
 
     fn write_run(&self, running: &mut Running, model: &Model, run: &Run) -> Result<(), RoadError> {
         self.store.write(running, "run/run.json", |out| Ok(serde_json::to_writer(out, run)?))?;
-        self.store
-            .write(running, "run/series.csv", |out| write_series(out, &run.series))
-            ?;
+        self.store.write(running, "run/series.csv", |out| write_series(out, &run.series))?;
         let mut last = None;
         for (number, frame) in Frames::open(&self.store.path(FRAMES))?.enumerate() {
             let frame = frame?;
@@ -224,7 +232,11 @@ pub fn particles(model: &Model, frame: &Frame) -> Particles {
     Particles {
         bodies: Some(model.spheres.iter().map(|sphere| u64::from(sphere.body)).collect()),
         materials: Some(
-            model.spheres.iter().map(|s| u32::from(model.bodies[s.body as usize].material)).collect(),
+            model
+                .spheres
+                .iter()
+                .map(|s| u32::from(model.bodies[s.body as usize].material))
+                .collect(),
         ),
         velocities: Some(frame.velocities.clone()),
         spins: Some(frame.spins.clone()),
@@ -247,9 +259,21 @@ fn write_series(out: &mut dyn Write, rows: &[SeriesRow]) -> std::io::Result<()> 
         writeln!(
             out,
             "{:e},{},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{},{:e},{:e},{:e}",
-            r.time, r.step, r.kinetic, r.elastic, r.gravitational, r.normal_dashpot, r.tangential_dashpot,
-            r.slip, r.local_damping, r.wall_work, r.energy_error, r.contacts, r.coordination,
-            r.worst_overlap, r.momentum
+            r.time,
+            r.step,
+            r.kinetic,
+            r.elastic,
+            r.gravitational,
+            r.normal_dashpot,
+            r.tangential_dashpot,
+            r.slip,
+            r.local_damping,
+            r.wall_work,
+            r.energy_error,
+            r.contacts,
+            r.coordination,
+            r.worst_overlap,
+            r.momentum
         )?;
     }
     Ok(())

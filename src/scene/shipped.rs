@@ -63,7 +63,15 @@ pub fn write_sample_grains(folder: &Path) -> Result<(), ShapeError> {
     let shape: Shape = Shape::Union(shape::UnionParameters::default());
     for index in 0..3 {
         let size = Length(0.01);
-        let solid = shape::generate(&shape, &format!("sample-{index}"), index, Some(size.0), 11, "sample", folder)?;
+        let solid = shape::generate(
+            &shape,
+            &format!("sample-{index}"),
+            index,
+            Some(size.0),
+            11,
+            "sample",
+            folder,
+        )?;
         format::stl::write(&folder.join(format!("sample-{index}.stl")), &solid.mesh)?;
     }
     Ok(())

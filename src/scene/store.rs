@@ -136,7 +136,8 @@ impl Store {
     pub fn prepare(&self, running: &mut Running, name: &str) -> Result<PathBuf, FormatError> {
         let path = self.root.join(name);
         if let Some(parent) = path.parent() {
-            std::fs::create_dir_all(parent).map_err(|source| FormatError::io(parent, "write", source))?;
+            std::fs::create_dir_all(parent)
+                .map_err(|source| FormatError::io(parent, "write", source))?;
         }
         running.stage.files.push(name.to_owned());
         Ok(path)
@@ -148,7 +149,8 @@ impl Store {
     /// A file that cannot be read or holds something else.
     pub fn read_json<T: serde::de::DeserializeOwned>(&self, name: &str) -> Result<T, FormatError> {
         let path = self.root.join(name);
-        let bytes = std::fs::read(&path).map_err(|source| FormatError::io(&path, "read", source))?;
+        let bytes =
+            std::fs::read(&path).map_err(|source| FormatError::io(&path, "read", source))?;
         serde_json::from_slice(&bytes).map_err(|error| FormatError::file(&path, error.to_string()))
     }
 
@@ -191,26 +193,30 @@ pub fn key(upstream: &str, parameters: &[serde_json::Value], base: &Path) -> Str
     hex(fnv1a(text.as_bytes()))
 }
 
-/// Adds the hash of every file that `value` names under `file`, `files` or `folder`.
+/// Adds the hash of every file that `value` names under `file`, `paths` or `folder`.
 fn add_files(value: &serde_json::Value, base: &Path, text: &mut String) {
     match value {
         serde_json::Value::Object(map) => {
             for (name, inner) in map {
-                if ["file", "files", "folder"].contains(&name.as_str()) {
+                if ["file", "paths", "folder"].contains(&name.as_str()) {
                     add_contents(inner, base, text);
                 } else {
                     add_files(inner, base, text);
                 }
             }
         }
-        serde_json::Value::Array(items) => items.iter().for_each(|item| add_files(item, base, text)),
+        serde_json::Value::Array(items) => {
+            items.iter().for_each(|item| add_files(item, base, text))
+        }
         _ => {}
     }
 }
 
 fn add_contents(value: &serde_json::Value, base: &Path, text: &mut String) {
     match value {
-        serde_json::Value::Array(items) => items.iter().for_each(|item| add_contents(item, base, text)),
+        serde_json::Value::Array(items) => {
+            items.iter().for_each(|item| add_contents(item, base, text))
+        }
         serde_json::Value::String(name) => {
             let path = base.join(name);
             let mut paths = vec![path.clone()];

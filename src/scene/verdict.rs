@@ -63,15 +63,22 @@ impl Verdict {
         let (built, spheres) = sample(loaded, job).map_err(|fault| loaded.wrong(&[fault]))?;
         let Built { model, pairs, advice } = built;
         let grains = loaded.scene.grains.iter().map(|family| u64::from(family.count)).sum();
-        let (needs, left_out): (Vec<_>, Vec<_>) = model.needs().table().into_iter().partition(|row| row.2);
-        let key = |rows: Vec<(&'static str, &'static str, bool)>| rows.into_iter().map(|row| row.0).collect();
+        let (needs, left_out): (Vec<_>, Vec<_>) =
+            model.needs().table().into_iter().partition(|row| row.2);
+        let key = |rows: Vec<(&'static str, &'static str, bool)>| {
+            rows.into_iter().map(|row| row.0).collect()
+        };
         let reason = match &model.plan.reason {
             crate::model::StepReason::Given => "given in the scene".to_owned(),
             crate::model::StepReason::Auto(reason) => reason.clone(),
         };
         let solvers = solver::all()
             .into_iter()
-            .flat_map(|s| s.limits(&model).into_iter().map(move |limit| format!("{}: {}", s.name(), limit.what)))
+            .flat_map(|s| {
+                s.limits(&model)
+                    .into_iter()
+                    .map(move |limit| format!("{}: {}", s.name(), limit.what))
+            })
             .collect();
         Ok(Self {
             title: model.title.clone(),
@@ -112,9 +119,11 @@ fn sample(loaded: &Loaded, job: &Job) -> Result<(Built, f64), Fault> {
         let balls: usize = samples[first..].iter().map(|grain| grain.clump.balls.len()).sum();
         spheres += f64::from(family.count) * balls as f64 / made.max(1) as f64;
     }
-    let packing = side_by_side(&samples, room.region.as_ref().map(|region| region.bounds().centre()));
+    let packing =
+        side_by_side(&samples, room.region.as_ref().map(|region| region.bounds().centre()));
     let copies: Vec<u32> = (0..samples.len() as u32).collect();
-    let built = build::build(loaded, room.region.as_ref(), &room.walls, &samples, &copies, &packing)?;
+    let built =
+        build::build(loaded, room.region.as_ref(), &room.walls, &samples, &copies, &packing)?;
     Ok((built, spheres))
 }
 

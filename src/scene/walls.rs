@@ -23,9 +23,10 @@ impl Room {
     /// A fault that names the container or wall whose mesh cannot be used.
     pub fn of(loaded: &Loaded) -> Result<Self, Fault> {
         let region = match &loaded.scene.container {
-            Some(container) => {
-                Some(resolve(&container.shape, loaded).map_err(|fault| fault.under("container.shape"))?)
-            }
+            Some(container) => Some(
+                resolve(&container.shape, loaded)
+                    .map_err(|fault| fault.under("container.shape"))?,
+            ),
             None => None,
         };
         let walls = walls(loaded, region.as_ref())?;
@@ -47,12 +48,14 @@ fn walls(loaded: &Loaded, region: Option<&Region>) -> Result<Vec<Wall>, Fault> {
     let scene = &loaded.scene;
     let mut walls = Vec::new();
     if let (Some(container), Some(region)) = (&scene.container, region) {
-        let material = scene.material(container.material.as_deref()).map_err(|f| f.under("container"))?;
+        let material =
+            scene.material(container.material.as_deref()).map_err(|f| f.under("container"))?;
         walls.extend(sides("container", region, motion(&container.motion), material));
     }
     for (index, parameters) in scene.walls.iter().enumerate() {
         let here = format!("walls[{index}]");
-        let material = scene.material(parameters.material.as_deref()).map_err(|f| f.under(&here))?;
+        let material =
+            scene.material(parameters.material.as_deref()).map_err(|f| f.under(&here))?;
         let motion = motion(&parameters.motion);
         let name = parameters.name.replace('-', "_");
         match &parameters.shape {
@@ -64,7 +67,8 @@ fn walls(loaded: &Loaded, region: Option<&Region>) -> Result<Vec<Wall>, Fault> {
                 walls.push(Wall { name, shape, motion, material });
             }
             WallShapeParameters::Sides(container) => {
-                let region = resolve(container, loaded).map_err(|f| f.under("shape.sides").under(&here))?;
+                let region =
+                    resolve(container, loaded).map_err(|f| f.under("shape.sides").under(&here))?;
                 walls.extend(sides(&name, &region, motion, material));
             }
             WallShapeParameters::Mesh { file, unit } => {
@@ -94,9 +98,12 @@ fn sides(name: &str, region: &Region, motion: Motion, material: u16) -> Vec<Wall
 
 /// An open or closed wall mesh, welded, without degenerate triangles.
 fn wall_mesh(path: &Path, unit: f64) -> Result<crate::geometry::Mesh, Fault> {
-    let bad = |problem: String| Fault::new("", problem, "a readable STL, PLY or OBJ file with at least one triangle");
+    let bad = |problem: String| {
+        Fault::new("", problem, "a readable STL, PLY or OBJ file with at least one triangle")
+    };
     let mesh = format::read_mesh(path).map_err(|error| bad(error.to_string()))?;
-    let (mesh, _) = check::surface(mesh.mapped(|v| v * unit)).map_err(|error| bad(error.to_string()))?;
+    let (mesh, _) =
+        check::surface(mesh.mapped(|v| v * unit)).map_err(|error| bad(error.to_string()))?;
     Ok(mesh)
 }
 
@@ -120,13 +127,16 @@ pub fn swept_bounds(walls: &[Wall], duration: f64) -> Bounds {
         let WallShape::Mesh { mesh } = &wall.shape else { return bounds };
         mesh.vertices.iter().fold(bounds, |bounds, vertex| match &wall.motion {
             Motion::Still => bounds.with(vertex),
-            Motion::Translate { .. } => bounds.with(vertex).with(&wall.motion.place(vertex, duration)),
+            Motion::Translate { .. } => {
+                bounds.with(vertex).with(&wall.motion.place(vertex, duration))
+            }
             Motion::Rotate { origin, axis, .. } => {
                 let arm = vertex - origin;
                 let along = axis * arm.dot(axis);
                 let radius = (arm - along).norm();
                 // A circle of this radius across the axis reaches this far along each coordinate.
-                let reach = Vec3::from_fn(|c, _| radius * (1.0 - axis[c] * axis[c]).max(0.0).sqrt());
+                let reach =
+                    Vec3::from_fn(|c, _| radius * (1.0 - axis[c] * axis[c]).max(0.0).sqrt());
                 let centre = origin + along;
                 bounds.with(&(centre - reach)).with(&(centre + reach))
             }
