@@ -230,13 +230,13 @@ mod tests {
     #[test]
     fn ellipsoid() {
         let axes = Vec3::new(3.0, 2.0, 1.0);
-        let made = describe(&turned(Primitive::Ellipsoid { axes }, 80)).expect("hull");
+        let made = describe(&turned(Primitive::Ellipsoid { axes }, 60)).expect("hull");
         assert_close(made.volume, PI, 0.01, "volume");
         assert_close(made.long, 3.0, 0.06, "L");
         assert_close(made.intermediate, 2.0, 0.06, "I");
         assert_close(made.short, 1.0, 0.03, "S");
         // Area of the ellipsoid of semi-axes 1.5, 1, 0.5 by elliptic integrals.
-        assert_close(made.area, 12.2222, 0.04, "area");
+        assert_close(made.area, 12.2205, 0.04, "area");
         assert_close(made.convexity, 1.0, 1e-6, "convexity");
         let ball = describe(&turned(Primitive::Sphere { diameter: 2.0 }, 60)).expect("hull");
         assert_close(ball.wadell_sphericity, 1.0, 0.003, "wadell");
