@@ -24,6 +24,7 @@ pub use statistics::{Quantity, Statistics};
 pub use tolerances::Tolerances;
 pub use trajectory::{Divergence, Trajectory};
 
+use super::number::with_unit;
 use crate::model::{Cost, Frame, Model, Outcome, Run};
 use serde::{Deserialize, Serialize};
 use statistics::Region;
@@ -55,7 +56,8 @@ pub struct Comparison {
     pub first_contact: f64,
     /// End of the window in which twins must agree, s.
     pub window_end: f64,
-    /// What kinetic energies are compared with, J: [`energy_scale`].
+    /// What kinetic energies are compared with, J: the largest of our run's kinetic
+    /// energies, the potential energy it released, and the work of moving walls.
     pub energy_scale: f64,
     /// Our run.
     pub ours: Side,
@@ -204,6 +206,7 @@ fn usable<'a>(model: &Model, run: &'a Run) -> Option<&'a [Frame]> {
         let vectors = frame.centres.iter().chain(&frame.velocities);
         frame.centres.len() == spheres
             && frame.velocities.len() == spheres
+            && frame.bodies.len() == model.bodies.len()
             && frame.time.is_finite()
             && vectors.flat_map(|v| v.iter()).all(|v| v.is_finite())
             && frame.kinetic_energy(model).is_finite()
@@ -278,24 +281,24 @@ impl TwinCheck {
 
     fn sentence(&self, so_far: &Comparison) -> String {
         let limit = so_far.tolerances.trajectory;
-        let until = so_far.window_end;
+        let until = with_unit(so_far.window_end, "s");
         let scheme = &self.scheme;
         match (self.agrees, self.worst_in_window) {
             (Some(true), Some(worst)) => format!(
                 "Same computation: differs from our DEM in the scheme {scheme} by at most {worst:.1e} \
-                 smallest radii until t = {until:.3e} s ({limit:.0e} allowed)."
+                 smallest radii until t = {until} ({limit:.0e} allowed)."
             ),
             (Some(true), None) => format!(
                 "Same computation: never more than {limit:.0e} smallest radii from our DEM in the scheme {scheme}."
             ),
             (Some(false), worst) => format!(
                 "Not the same computation: {:.1e} smallest radii from our DEM in the scheme {scheme} \
-                 before t = {until:.3e} s, {limit:.0e} allowed.",
+                 before t = {until}, {limit:.0e} allowed.",
                 worst.unwrap_or(0.0)
             ),
             (None, _) => format!(
                 "Whether it is the same computation was not answered: no common frame after the start \
-                 and before t = {until:.3e} s. Write frames more often."
+                 and before t = {until}. Write frames more often."
             ),
         }
     }
@@ -335,7 +338,7 @@ impl Opponent {
             Outcome::Finished => {}
             Outcome::Cancelled { step } => faults.push(format!("It was stopped at step {step}.")),
             Outcome::Stopped { time, reason, .. } => {
-                faults.push(format!("It stopped at t = {time:.3e} s: {reason}"));
+                faults.push(format!("It stopped at t = {}: {reason}", with_unit(*time, "s")));
             }
             Outcome::Failed { reason } => faults.push(format!("It failed: {reason}")),
         }

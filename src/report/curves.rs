@@ -4,6 +4,7 @@ use super::chart::{Axis, Bars, Chart, Series};
 use super::compare::statistics::Statistics;
 use super::compare::{Comparison, Trajectory};
 use super::gallery::upwards;
+use super::number::with_unit;
 use crate::clump::Clump;
 use crate::model::{Model, Run, SeriesRow};
 use crate::num::statistics::quantile;
@@ -122,8 +123,8 @@ pub fn divergence(comparison: &Comparison) -> Chart {
         caption: format!(
             "Largest distance of any sphere from where the other run has it, in radii of the \
              smallest sphere. Times at which two runs agree to the last bit are not drawn. Twins are \
-             judged until t = {:.3e} s.",
-            comparison.window_end
+             judged until t = {}.",
+            with_unit(comparison.window_end, "s")
         ),
         x: Axis::linear("time", "s"),
         y: Axis::log("largest distance / smallest radius", ""),

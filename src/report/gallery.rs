@@ -184,6 +184,7 @@ fn state_in(
     [width, height]: [usize; 2],
 ) -> Picture {
     let flat = model.dimension == Dimension::Two;
+    let turns = model.needs().rotation;
     let speeds: Vec<f64> = frame.velocities.iter().map(|v| v.norm()).collect();
     let fastest = speeds.iter().copied().filter(|v| v.is_finite()).fold(0.0, f64::max);
     let tone = |index: usize| -> Rgb {
@@ -207,7 +208,7 @@ fn state_in(
             }
             let body = frame.bodies.get(sphere.body as usize);
             let turn = body.map(|state| state.orientation.euler_angles().2);
-            Item::Disc { centre, radius, colour, turn: turn.filter(|_| model.needs().rotation) }
+            Item::Disc { centre, radius, colour, turn: turn.filter(|_| turns) }
         })
         .collect();
     let up = upwards(model);
@@ -381,77 +382,5 @@ mod tests {
         let picture = solids(&many, 5, 10);
         assert_eq!((picture.width, picture.height), (4 * 24, 2 * 24));
         assert_eq!(solids(&[], 5, 10).pixels.len(), 3, "an empty gallery is one blank pixel");
-    }
-
-    #[test]
-    #[ignore]
-    fn look() {
-        let read = |name: &str| -> Mesh {
-            let mut f =
-                std::fs::File::open(format!("/work/shared/data/grains/{name}.stl")).unwrap();
-            let stl = stl_io::read_stl(&mut f).unwrap();
-            Mesh {
-                vertices: stl
-                    .vertices
-                    .iter()
-                    .map(|v| Vec3::new(v[0] as f64, v[1] as f64, v[2] as f64))
-                    .collect(),
-                triangles: stl.faces.iter().map(|f| f.vertices.map(|v| v as u32)).collect(),
-            }
-        };
-        let names = ["67p", "deimos", "gaspra", "halley", "hyperion", "ida", "janus", "vesta"];
-        let all: Vec<Solid> = names
-            .iter()
-            .map(|n| {
-                let mesh = read(n);
-                Solid { name: n.to_string(), mass: mesh.mass_properties(), mesh, recipe: "".into() }
-            })
-            .collect();
-        let w = |p: Picture, n: &str| {
-            p.write(std::path::Path::new(&format!("/tmp/rp_{n}.png"))).unwrap()
-        };
-        w(solids(&all, 24, 1), "grains");
-        w(view_mesh(&all[0].mesh), "mesh");
-        // clumps in a drum
-        let mut model = fixture::model(10);
-        model.walls.truncate(0);
-        let n = 48;
-        let mut drum = Mesh::default();
-        for i in 0..n {
-            let a = i as f64 / n as f64 * std::f64::consts::TAU;
-            for y in [0.0, 0.1] {
-                drum.vertices.push(Vec3::new(0.05 + 0.085 * a.cos(), y, 0.06 + 0.085 * a.sin()));
-            }
-        }
-        for i in 0..n {
-            let (a, b) = (2 * i, 2 * ((i + 1) % n));
-            drum.triangles.push([a, b, b + 1]);
-            drum.triangles.push([a, b + 1, a + 1]);
-        }
-        model.walls.push(Wall {
-            name: "drum".into(),
-            shape: WallShape::Mesh { mesh: drum },
-            motion: Motion::Still,
-            material: 0,
-        });
-        let frame = fixture::frame(&model, 0, Vec3::zeros());
-        w(state(&model, &frame, Colouring::Body, 800, 600), "drum");
-        model.dimension = Dimension::Two;
-        let mut flat = frame.clone();
-        for (i, c) in flat.centres.iter_mut().enumerate() {
-            *c = Vec3::new((i % 40) as f64 * 0.0101, (i / 40) as f64 * 0.0101, 0.0);
-        }
-        for (i, b) in flat.bodies.iter_mut().enumerate() {
-            b.orientation = crate::num::Rotation::from_scaled_axis(Vec3::z() * i as f64);
-        }
-        w(state(&model, &flat, Colouring::Body, 800, 600), "flat");
-        let model = fixture::model(16);
-        let frame = fixture::frame(&model, 0, Vec3::zeros());
-        for _ in 0..3 {
-            let t = std::time::Instant::now();
-            let p = state(&model, &frame, Colouring::Body, 800, 600);
-            eprintln!("{} spheres {:?}", model.spheres.len(), t.elapsed());
-            w(p, "many");
-        }
     }
 }

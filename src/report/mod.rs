@@ -18,10 +18,12 @@ mod fixture;
 pub mod gallery;
 pub mod lettering;
 pub mod number;
+mod overlay;
 pub mod page;
 pub mod picture;
 pub mod raster;
 mod sections;
+mod shade;
 
 use std::path::{Path, PathBuf};
 

@@ -64,9 +64,12 @@ impl Canvas {
             let dy = row as f64 + 0.5 - y;
             let half = (radius * radius - dy * dy).max(0.0).sqrt();
             for column in Self::span(x - half, x + half, self.width) {
+                let sample = &mut self.samples[row * self.width + column];
+                if (depth + half) as f32 <= sample.depth {
+                    continue;
+                }
                 let dx = column as f64 + 0.5 - x;
                 let dz = (half * half - dx * dx).max(0.0).sqrt();
-                let sample = &mut self.samples[row * self.width + column];
                 let here = (depth + dz) as f32;
                 if here > sample.depth {
                     let normal = [dx / radius, -dy / radius, dz / radius].map(|v| v as f32);
@@ -110,8 +113,9 @@ impl Canvas {
     pub fn triangle(&mut self, corners: &[Corner; 3], colour: Rgb) {
         let width = self.width;
         // The side that is seen is the one the whole facet shows, not one pixel.
+        // A facet seen nearly edge on is the rim of a solid and keeps its side.
         let sum: f32 = corners.iter().map(|corner| corner.normal[2]).sum();
-        let side = if sum < 0.0 { -1.0 } else { 1.0 };
+        let side = if sum < -0.6 { -1.0 } else { 1.0 };
         let samples = &mut self.samples;
         cover(corners, width, self.height, |at, [a, b, c], depth| {
             let sample = &mut samples[at];

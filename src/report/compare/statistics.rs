@@ -354,7 +354,7 @@ pub(super) struct Touching {
 pub(super) fn touching(model: &Model, centres: &[Vec3]) -> Vec<Touching> {
     let widest = 2.0 * model.spheres.iter().map(|s| s.radius).fold(0.0, f64::max);
     let cell = |centre: &Vec3| -> [i64; 3] {
-        std::array::from_fn(|axis| (centre[axis] / widest).floor() as i64)
+        std::array::from_fn(|axis| (centre[axis] / widest).floor().clamp(-1e15, 1e15) as i64)
     };
     let mut cells: BTreeMap<[i64; 3], Vec<u32>> = BTreeMap::new();
     for (index, centre) in centres.iter().enumerate() {

@@ -6,6 +6,7 @@
 //! the twin lags as well). Cost O(frames × spheres).
 
 use crate::model::Frame;
+use crate::report::number::with_unit;
 use serde::{Deserialize, Serialize};
 
 /// Difference of two runs at one time.
@@ -71,18 +72,19 @@ impl Trajectory {
     /// Says plainly that trajectories have parted, and whether that means
     /// something; `window_end` as in [`super::Comparison`].
     pub fn parting(&self, window_end: f64) -> Option<String> {
-        let leaves = self.leaves_at?;
-        if leaves <= window_end {
+        let parts = self.leaves_at?;
+        let leaves = with_unit(parts, "s");
+        if parts <= window_end {
             return Some(format!(
-                "Sphere by sphere it parts from our run at t = {leaves:.3e} s, too early for chaos: \
+                "Sphere by sphere it parts from our run at t = {leaves}, too early for chaos: \
                  schemes or contact laws differ."
             ));
         }
         let growth = self.growth_time.map_or(String::new(), |time| {
-            format!(", small differences growing e-fold in {time:.1e} s")
+            format!(", small differences growing e-fold in {}", with_unit(time, "s"))
         });
         Some(format!(
-            "Sphere by sphere it parts from our run at t = {leaves:.3e} s{growth}: contact dynamics \
+            "Sphere by sphere it parts from our run at t = {leaves}{growth}: contact dynamics \
              is chaotic, from then on only statistics can be compared."
         ))
     }
