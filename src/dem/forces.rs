@@ -45,7 +45,8 @@ struct Push {
     arms: [f64; 2],
 }
 
-const NO_PUSH: Push = Push { force: Vec3::new(0.0, 0.0, 0.0), couple: Vec3::new(0.0, 0.0, 0.0), arms: [0.0; 2] };
+const NO_PUSH: Push =
+    Push { force: Vec3::new(0.0, 0.0, 0.0), couple: Vec3::new(0.0, 0.0, 0.0), arms: [0.0; 2] };
 
 impl Workspace {
     /// Scratch for a run of `spheres` spheres on `threads` threads. Falls back to one
@@ -208,12 +209,25 @@ fn serial<const FRICTION: bool, const DAMPING: bool>(
             }
             let range = planes.start[slot] as usize..planes.start[slot + 1] as usize;
             on_planes::<FRICTION, DAMPING>(
-                field, slot, &planes.partner[range.clone()], range.start, &mut plane_book, &mut load, &mut outer,
+                field,
+                slot,
+                &planes.partner[range.clone()],
+                range.start,
+                &mut plane_book,
+                &mut load,
+                &mut outer,
             );
             let range = faces.start[slot] as usize..faces.start[slot + 1] as usize;
             if !range.is_empty() {
                 on_faces::<FRICTION, DAMPING>(
-                    field, slot, &faces.partner[range.clone()], range.start, &mut face_book, &mut load, &mut outer, &mut hits,
+                    field,
+                    slot,
+                    &faces.partner[range.clone()],
+                    range.start,
+                    &mut face_book,
+                    &mut load,
+                    &mut outer,
+                    &mut hits,
                 );
             }
             loads[slot] = load;
@@ -265,9 +279,15 @@ fn parallel<const FRICTION: bool, const DAMPING: bool>(
         for slot in part.first..(part.first + BLOCK).min(count) {
             for k in pairs.start[slot] as usize..pairs.start[slot + 1] as usize {
                 let (other, at) = (pairs.partner[k] as usize, k - part.base);
-                part.pushes[at] =
-                    pair::<FRICTION, DAMPING>(field, slot, other, &mut part.book, at, &mut part.tally)
-                        .unwrap_or(NO_PUSH);
+                part.pushes[at] = pair::<FRICTION, DAMPING>(
+                    field,
+                    slot,
+                    other,
+                    &mut part.book,
+                    at,
+                    &mut part.tally,
+                )
+                .unwrap_or(NO_PUSH);
             }
         }
     });
@@ -307,13 +327,26 @@ fn parallel<const FRICTION: bool, const DAMPING: bool>(
             let range = planes.start[slot] as usize..planes.start[slot + 1] as usize;
             let base = range.start - part.planes.1;
             on_planes::<FRICTION, DAMPING>(
-                field, slot, &planes.partner[range], base, &mut part.planes.0, &mut load, &mut part.tally,
+                field,
+                slot,
+                &planes.partner[range],
+                base,
+                &mut part.planes.0,
+                &mut load,
+                &mut part.tally,
             );
             let range = faces.start[slot] as usize..faces.start[slot + 1] as usize;
             if !range.is_empty() {
                 let base = range.start - part.faces.1;
                 on_faces::<FRICTION, DAMPING>(
-                    field, slot, &faces.partner[range], base, &mut part.faces.0, &mut load, &mut part.tally, hits,
+                    field,
+                    slot,
+                    &faces.partner[range],
+                    base,
+                    &mut part.faces.0,
+                    &mut load,
+                    &mut part.tally,
+                    hits,
                 );
             }
             part.loads[at] = load;
@@ -478,7 +511,8 @@ fn on_faces<const FRICTION: bool, const DAMPING: bool>(
         if !hit.touches && !book.touching[base + at] {
             continue;
         }
-        let wall = &field.setting.model.walls[field.setting.surfaces.wall[*partner as usize] as usize];
+        let wall =
+            &field.setting.model.walls[field.setting.surfaces.wall[*partner as usize] as usize];
         let away = ball.place - hit.point;
         let spot = Spot {
             away,

@@ -182,10 +182,7 @@ impl<'a> BookView<'a> {
         let (s, spring) = self.spring.split_at_mut(at.min(self.spring.len()));
         let (l, lag) = self.lag.split_at_mut(at.min(self.lag.len()));
         let (n, normal) = self.normal.split_at_mut(at.min(self.normal.len()));
-        (
-            Self { touching: t, spring: s, lag: l, normal: n },
-            Self { touching, spring, lag, normal },
-        )
+        (Self { touching: t, spring: s, lag: l, normal: n }, Self { touching, spring, lag, normal })
     }
 
     /// Empties entry `k`.

@@ -136,8 +136,7 @@ pub fn kinetic(setting: &Setting<'_>, state: &State) -> f64 {
     }
     for solid in &state.solids {
         let body = &model.bodies[solid.body as usize];
-        let velocity =
-            solid.velocity + (solid.load.force / body.mass + setting.gravity) * ahead;
+        let velocity = solid.velocity + (solid.load.force / body.mass + setting.gravity) * ahead;
         let momentum = solid.momentum + solid.load.torque * ahead;
         let inner = solid.turn.inverse_transform_vector(&momentum);
         total += 0.5 * body.mass * velocity.norm_squared()
@@ -207,6 +206,7 @@ pub fn touches(setting: &Setting<'_>, state: &State) -> Vec<Touch> {
             tangential: law.kt * record.spring.norm(),
         });
     });
+    all.retain(|touch| touch.normal.is_finite() && touch.tangential.is_finite());
     all.sort_unstable_by_key(|touch| (touch.first, touch.second));
     all
 }

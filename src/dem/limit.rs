@@ -194,8 +194,7 @@ fn fastest(model: &Model) -> f64 {
         .bodies
         .iter()
         .map(|body| {
-            let reach = model.spheres[body.first_sphere as usize..]
-                [..body.sphere_count as usize]
+            let reach = model.spheres[body.first_sphere as usize..][..body.sphere_count as usize]
                 .iter()
                 .map(|s| s.offset.norm())
                 .fold(0.0, f64::max);
@@ -271,7 +270,8 @@ pub fn network_bound(setting: &Setting<'_>, state: &State, step: Option<f64>) ->
         let across = tangential(link.law);
         let turning = link.arm.norm_squared() / body.inertia.min();
         let entry = &mut crude[link.body as usize];
-        entry.0 += link.weight * (link.law.kn.max(across) / body.mass + link.law.kn.max(across) * turning);
+        entry.0 +=
+            link.weight * (link.law.kn.max(across) / body.mass + link.law.kn.max(across) * turning);
         entry.1 = entry.1.max(damping_ratio(setting, &link));
     });
     if !any {
@@ -326,7 +326,8 @@ fn damping_ratio(setting: &Setting<'_>, link: &Link<'_>) -> f64 {
     let turning = if setting.planar { 3.0 } else { 3.5 };
     let along = link.law.cn / (2.0 * (link.law.kn * link.mass).sqrt());
     let kt = tangential(link.law);
-    let across = if kt > 0.0 { link.law.ct / (2.0 * (kt * link.mass / turning).sqrt()) } else { 0.0 };
+    let across =
+        if kt > 0.0 { link.law.ct / (2.0 * (kt * link.mass / turning).sqrt()) } else { 0.0 };
     along.max(across)
 }
 
@@ -472,7 +473,7 @@ fn packed_one(setting: &Setting<'_>, index: usize, partners: &[u16]) -> f64 {
     // One contact alone, in its worst direction.
     let single = (kn / body.mass).max(kt * (1.0 / body.mass + reach * reach / body.inertia.min()));
     let others = (model.bodies.len() - 1) as f64;
-    let walls = model.walls.iter().map(|w| (w.material, w.motion)).count() as f64;
+    let walls = model.walls.len() as f64;
     let few = (2.0 * others + walls).max(1.0) * single * spheres.len() as f64;
     let mut block = Matrix6::zeros();
     let directions = directions(setting.planar);
@@ -512,4 +513,3 @@ fn directions(planar: bool) -> Vec<Vec3> {
         })
         .collect()
 }
-

@@ -110,13 +110,8 @@ fn move_as_yade(setting: &Setting<'_>, state: &mut State, index: usize) {
         solid.turn = crate::num::Rotation::from_scaled_axis(solid.spin * step) * solid.turn;
         solid.momentum = Vec3::z() * (inertia * solid.spin.z);
     } else {
-        (solid.turn, solid.momentum, solid.spin) = turn::yade(
-            &solid.turn,
-            &body.inertia,
-            &solid.momentum,
-            &solid.load.torque,
-            step,
-        );
+        (solid.turn, solid.momentum, solid.spin) =
+            turn::yade(&solid.turn, &body.inertia, &solid.momentum, &solid.load.torque, step);
     }
     state.carry_members(setting, index);
 }

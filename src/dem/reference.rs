@@ -161,7 +161,8 @@ impl<'a> Twin<'a> {
             }
             Scheme::Leapfrog => {
                 self.momenta[body] += self.torque[body] * (0.5 * h);
-                self.states[body].orientation = turn::split(&from, &inertia, &self.momenta[body], h);
+                self.states[body].orientation =
+                    turn::split(&from, &inertia, &self.momenta[body], h);
                 self.follow(body);
             }
         }
@@ -285,13 +286,25 @@ impl<'a> Twin<'a> {
         }
     }
 
-    fn touch(&mut self, grain: &Grain, grains: &[Grain], other: Other, old: Option<Spring>, advance: f64) {
+    fn touch(
+        &mut self,
+        grain: &Grain,
+        grains: &[Grain],
+        other: Other,
+        old: Option<Spring>,
+        advance: f64,
+    ) {
         let law = self.model.plan.law;
-        let pair = self.model.contacts.between(self.model.bodies[grain.body].material, other.material);
+        let pair =
+            self.model.contacts.between(self.model.bodies[grain.body].material, other.material);
         let n = other.normal;
         let mine = grain.velocity + grain.spin.cross(&(n * -other.arms[0]));
         let theirs = other.velocity
-            + if other.body.is_some() { other.spin.cross(&(n * other.arms[1])) } else { Vec3::zeros() };
+            + if other.body.is_some() {
+                other.spin.cross(&(n * other.arms[1]))
+            } else {
+                Vec3::zeros()
+            };
         let relative = mine - theirs;
         let normal_part = relative.dot(&n);
         let slide = relative - n * normal_part;

@@ -2,7 +2,9 @@
 
 use super::law::Kept;
 use super::surface::Surfaces;
-use crate::model::{Arm, Contact, Dimension, History, Law, Model, Motion, Needs, Scheme, WallShape};
+use crate::model::{
+    Arm, Contact, Dimension, History, Law, Model, Motion, Needs, Scheme, WallShape,
+};
 use crate::num::{Rotation, Vec3};
 
 /// Fixed data of a run.
@@ -129,7 +131,11 @@ impl<'a> Setting<'a> {
                 let reach = (0..8)
                     .map(|corner| {
                         let pick = |axis: usize| {
-                            if corner >> axis & 1 == 0 { domain.low[axis] } else { domain.high[axis] }
+                            if corner >> axis & 1 == 0 {
+                                domain.low[axis]
+                            } else {
+                                domain.high[axis]
+                            }
                         };
                         let arm = Vec3::new(pick(0), pick(1), pick(2)) - origin;
                         arm.cross(axis).norm()

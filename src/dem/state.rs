@@ -273,7 +273,7 @@ impl State {
 pub fn is_alone(setting: &Setting<'_>, index: usize) -> bool {
     let body = &setting.model.bodies[index];
     let sphere = &setting.model.spheres[body.first_sphere as usize];
-    let round = setting.planar
-        || (body.inertia.x == body.inertia.y && body.inertia.y == body.inertia.z);
+    let round =
+        setting.planar || (body.inertia.x == body.inertia.y && body.inertia.y == body.inertia.z);
     body.sphere_count == 1 && sphere.offset == Vec3::zeros() && round
 }

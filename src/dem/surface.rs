@@ -114,7 +114,9 @@ impl Surfaces {
                 let highest = fan.iter().all(|other| *other <= index);
                 bits |= u8::from(highest && rough.contains(&a)) << (3 + side);
                 neighbours.extend(
-                    fan.iter().filter(|other| **other != index && flat(index, **other)).map(|o| (first + o) as u32),
+                    fan.iter()
+                        .filter(|other| **other != index && flat(index, **other))
+                        .map(|o| (first + o) as u32),
                 );
             }
             neighbours.sort_unstable();

@@ -106,9 +106,8 @@ fn threads_change_no_bit() {
     let mut model = crowd(Scheme::Leapfrog);
     model.plan.steps = 30;
     model.plan.series_every = 10;
-    let runs = [1, 2, 3].map(|threads| {
-        run(&model, &Job::quiet().with_threads(threads)).expect("a usable model")
-    });
+    let runs = [1, 2, 3]
+        .map(|threads| run(&model, &Job::quiet().with_threads(threads)).expect("a usable model"));
     assert!(runs[0].series[3].contacts > 3000);
     for other in &runs[1..] {
         assert_eq!(runs[0].frames, other.frames);
@@ -165,7 +164,7 @@ fn checkpoint_of_another_scene_is_refused() {
     simulate(&model, None, &Job::quiet(), &mut log).expect("usable");
     let bytes = &log.checkpoints[0];
     model.plan.step *= 0.5;
-    let mut refused = |bytes: &[u8]| {
+    let refused = |bytes: &[u8]| {
         matches!(
             simulate(&model, Some(bytes), &Job::quiet(), &mut log_nothing()),
             Err(DemError::Checkpoint(_))
@@ -225,7 +224,8 @@ fn guard_says_who_left_and_why() {
 #[test]
 fn guard_stops_bodies_that_would_tunnel() {
     // Squeezed far into a wall, the sphere is thrown out faster than half a radius a step.
-    let mut model = empty(Scheme::Leapfrog, Contact { kn: 1e9, kt: 0.0, cn: 0.0, ct: 0.0, friction: 0.0 });
+    let mut model =
+        empty(Scheme::Leapfrog, Contact { kn: 1e9, kt: 0.0, cn: 0.0, ct: 0.0, friction: 0.0 });
     for i in 0..2 {
         let place = Vec3::x() * (f64::from(i) * 1e-6);
         add_sphere(&mut model, place, RADIUS, Vec3::zeros(), Vec3::zeros());
@@ -252,11 +252,18 @@ fn memory_stays_below_a_kibibyte_a_sphere() {
     let mut state = crate::dem::state::State::new(&setting);
     neighbours::rebuild(&setting, &mut state);
     let list = |list: &crate::dem::state::List| {
-        list.partner.capacity() * 4 + list.start.capacity() * 4 + list.book.touching.len()
+        list.partner.capacity() * 4
+            + list.start.capacity() * 4
+            + list.book.touching.len()
             + (list.book.spring.len() + list.book.normal.len()) * 24
             + list.book.lag.len() * 16
     };
-    let fixed = size_of::<crate::dem::state::Ball>() + size_of::<crate::dem::state::Load>() + size_of::<crate::dem::state::Lightness>() + 24 + 24 + 8;
+    let fixed = size_of::<crate::dem::state::Ball>()
+        + size_of::<crate::dem::state::Load>()
+        + size_of::<crate::dem::state::Lightness>()
+        + 24
+        + 24
+        + 8;
     let bytes = fixed * state.balls.len()
         + list(&state.pairs) + list(&state.planes) + list(&state.faces)
         // Buffers of several threads.

@@ -97,7 +97,14 @@ pub fn add_plane(model: &mut Model, point: Vec3, normal: Vec3, motion: Motion) {
 
 /// Adds a square of `cells` × `cells` × 2 triangles in the plane z = `height`, bent down by
 /// `slope` for x > 0.
-pub fn add_sheet(model: &mut Model, cells: u32, half: f64, height: f64, slope: f64, motion: Motion) {
+pub fn add_sheet(
+    model: &mut Model,
+    cells: u32,
+    half: f64,
+    height: f64,
+    slope: f64,
+    motion: Motion,
+) {
     let mut mesh = Mesh::default();
     for j in 0..=cells {
         for i in 0..=cells {
@@ -147,7 +154,8 @@ pub fn mixed(scheme: Scheme, dimension: Dimension, clumps: bool, mesh: bool, see
     for layer in 0..3 {
         for place in 0..9 {
             let (i, j) = (f64::from(place % 3) - 1.0, f64::from(place / 3) - 1.0);
-            let mut centre = (Vec3::x() * i * 2.03 + up * (f64::from(layer) * 2.02 + 1.01)) * RADIUS;
+            let mut centre =
+                (Vec3::x() * i * 2.03 + up * (f64::from(layer) * 2.02 + 1.01)) * RADIUS;
             if flat {
                 if place >= 3 {
                     continue;
@@ -158,7 +166,8 @@ pub fn mixed(scheme: Scheme, dimension: Dimension, clumps: bool, mesh: bool, see
             let (centre, velocity) = (centre + draw(0.01 * RADIUS), draw(0.3));
             let spin = if flat { Vec3::z() * draw(30.0).x } else { draw(30.0) };
             if clumps && place % 2 == 0 {
-                let turn = Rotation::from_scaled_axis(if flat { Vec3::z() * 0.7 } else { draw(2.0) });
+                let turn =
+                    Rotation::from_scaled_axis(if flat { Vec3::z() * 0.7 } else { draw(2.0) });
                 add_clump(&mut model, centre, turn, velocity, spin);
             } else {
                 add_sphere(&mut model, centre, RADIUS * (1.0 + draw(0.1).x), velocity, spin);
@@ -166,8 +175,16 @@ pub fn mixed(scheme: Scheme, dimension: Dimension, clumps: bool, mesh: bool, see
         }
     }
     if mesh {
-        add_sheet(&mut model, 5, 0.08, 0.0, 0.1, Motion::Translate { velocity: Vec3::new(0.05, 0.02, 0.01) });
-        let motion = Motion::Rotate { origin: Vec3::new(0.0, 0.0, 0.01), axis: Vec3::y(), rate: 2.0 };
+        add_sheet(
+            &mut model,
+            5,
+            0.08,
+            0.0,
+            0.1,
+            Motion::Translate { velocity: Vec3::new(0.05, 0.02, 0.01) },
+        );
+        let motion =
+            Motion::Rotate { origin: Vec3::new(0.0, 0.0, 0.01), axis: Vec3::y(), rate: 2.0 };
         add_sheet(&mut model, 2, 0.05, -0.002, -0.3, motion);
     } else {
         add_plane(&mut model, Vec3::zeros(), up, Motion::Translate { velocity: Vec3::x() * 0.1 });
