@@ -41,13 +41,13 @@ pub fn simulate(
         }
         stopped = one_step(&setting, &mut state, &mut work);
         record(&setting, &mut state, observer, stopped.is_some())?;
-        if state.step % REPORT_EVERY == 0 {
+        if state.step.is_multiple_of(REPORT_EVERY) {
             job.report("steps", state.step, model.plan.steps);
         }
     }
     let stopped = stopped.or_else(|| guard::check(&setting, &state));
     let loop_seconds = loop_begun.elapsed().as_secs_f64();
-    let outcome = outcome.unwrap_or_else(|| match stopped {
+    let outcome = outcome.unwrap_or(match stopped {
         None => Outcome::Finished,
         Some(reason) => {
             Outcome::Stopped { step: state.step, time: state.step as f64 * step, reason }
@@ -85,8 +85,10 @@ fn start(
         ledger::height(setting, &state),
     );
     (state.ledger.start, state.ledger.start_height) = ledger;
-    observer.frame(&state.frame(setting));
-    observer.row(&ledger::row(setting, &state));
+    if guard::finite(&state) {
+        observer.frame(&state.frame(setting));
+        observer.row(&ledger::row(setting, &state));
+    }
     (state, stopped)
 }
 
@@ -134,15 +136,19 @@ fn record(
     observer: &mut dyn Observer,
     last: bool,
 ) -> Result<(), DemError> {
+    if !guard::finite(state) {
+        // Nothing that is not a number leaves this room; the guard ends the run.
+        return Ok(());
+    }
     let plan = &setting.model.plan;
     let last = last || state.step == plan.steps;
-    if last || state.step % plan.frame_every.max(1) == 0 {
+    if last || state.step.is_multiple_of(plan.frame_every.max(1)) {
         observer.frame(&state.frame(setting));
     }
-    if last || state.step % plan.series_every.max(1) == 0 {
+    if last || state.step.is_multiple_of(plan.series_every.max(1)) {
         observer.row(&ledger::row(setting, state));
     }
-    if plan.checkpoint_every > 0 && state.step % plan.checkpoint_every == 0 {
+    if plan.checkpoint_every > 0 && state.step.is_multiple_of(plan.checkpoint_every) {
         observer.checkpoint(&checkpoint::write(setting.model, state)?);
     }
     Ok(())

@@ -7,6 +7,17 @@ use super::limit;
 use super::setting::Setting;
 use super::state::State;
 
+/// Whether all places, motions and loads are finite numbers.
+pub fn finite(state: &State) -> bool {
+    let balls = state
+        .balls
+        .iter()
+        .all(|ball| ball.place.iter().chain(ball.velocity.iter()).all(|x| x.is_finite()));
+    balls
+        && state.loads.iter().all(|load| load.force.iter().all(|x| x.is_finite()))
+        && state.spins.iter().all(|spin| spin.iter().all(|x| x.is_finite()))
+}
+
 /// Why the run must stop now; `None` if all is well.
 pub fn check(setting: &Setting<'_>, state: &State) -> Option<String> {
     let domain = &setting.model.domain;

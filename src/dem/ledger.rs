@@ -206,6 +206,7 @@ pub fn touches(setting: &Setting<'_>, state: &State) -> Vec<Touch> {
             tangential: law.kt * record.spring.norm(),
         });
     });
+    all.retain(|touch| touch.normal.is_finite() && touch.tangential.is_finite());
     all.sort_unstable_by_key(|touch| (touch.first, touch.second));
     all
 }

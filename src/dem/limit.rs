@@ -473,7 +473,7 @@ fn packed_one(setting: &Setting<'_>, index: usize, partners: &[u16]) -> f64 {
     // One contact alone, in its worst direction.
     let single = (kn / body.mass).max(kt * (1.0 / body.mass + reach * reach / body.inertia.min()));
     let others = (model.bodies.len() - 1) as f64;
-    let walls = model.walls.iter().map(|w| (w.material, w.motion)).count() as f64;
+    let walls = model.walls.len() as f64;
     let few = (2.0 * others + walls).max(1.0) * single * spheres.len() as f64;
     let mut block = Matrix6::zeros();
     let directions = directions(setting.planar);

@@ -117,7 +117,7 @@ impl Level {
             }
             reach = reach.max(ball.radius);
         }
-        if !(low.x <= high.x) {
+        if low.x > high.x {
             (low, high) = (Vec3::zeros(), Vec3::zeros());
         }
         let most = 4.0 * members.len() as f64 + 64.0;
@@ -253,6 +253,9 @@ fn pairs(setting: &Setting<'_>, state: &State, grid: &Grid, memory: &[(u64, Reco
         for slot in 0..balls.len() {
             for k in start[slot] as usize..start[slot + 1] as usize {
                 let (name, turned) = name(state.order[slot], state.order[partner[k] as usize]);
+            let (from, to) = (start[slot] as usize, start[slot + 1] as usize);
+            for (k, other) in (from..to).zip(&partner[from..to]) {
+                let (name, turned) = name(state.order[slot], state.order[*other as usize]);
                 if let Some(record) = recall(memory, name) {
                     book.restore(k, if turned { record.reversed() } else { record });
                 }
@@ -315,8 +318,9 @@ fn listed(
     }
     let mut book = Book::open(partner.len(), setting.kept);
     for (slot, number) in state.order.iter().enumerate() {
-        for k in start[slot] as usize..start[slot + 1] as usize {
-            if let Some(record) = recall(memory, join(*number, partner[k])) {
+        let (from, to) = (start[slot] as usize, start[slot + 1] as usize);
+        for (k, other) in (from..to).zip(&partner[from..to]) {
+            if let Some(record) = recall(memory, join(*number, *other)) {
                 book.restore(k, record);
             }
         }

@@ -164,7 +164,7 @@ fn checkpoint_of_another_scene_is_refused() {
     simulate(&model, None, &Job::quiet(), &mut log).expect("usable");
     let bytes = &log.checkpoints[0];
     model.plan.step *= 0.5;
-    let mut refused = |bytes: &[u8]| {
+    let refused = |bytes: &[u8]| {
         matches!(
             simulate(&model, Some(bytes), &Job::quiet(), &mut log_nothing()),
             Err(DemError::Checkpoint(_))
