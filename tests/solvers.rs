@@ -82,10 +82,20 @@ fn add_plane(model: &mut Model, name: &str, point: Vec3, normal: Vec3, motion: M
     model.walls.push(Wall { name: name.into(), shape, motion, material: 0 });
 }
 
+/// Looks for each solver once.
+fn installed(solver: &dyn Solver) -> bool {
+    static FOUND: std::sync::OnceLock<[bool; 2]> = std::sync::OnceLock::new();
+    let found = FOUND.get_or_init(|| solver::all().map(|solver| solver.find().is_some()));
+    let there = found[usize::from(solver.key() == "yade")];
+    if !there {
+        println!("skipped: {} not found", solver.key());
+    }
+    there
+}
+
 /// Writes and runs the deck; `None` where the solver is not installed.
 fn run(solver: &dyn Solver, model: &Model, options: &DeckOptions) -> Option<Run> {
-    if solver.find().is_none() {
-        println!("skipped: {} not found", solver.key());
+    if !installed(solver) {
         return None;
     }
     let room = tempfile::tempdir().expect("temporary folder");
@@ -195,8 +205,7 @@ fn clumps_weigh_what_the_model_says() {
         assert!((frame.bodies[0].spin - spin).norm() < 1e-11 * spin.norm());
         assert!((frame.bodies[0].velocity - model.bodies[0].velocity).norm() < 1e-12);
     }
-    if yade.find().is_none() {
-        println!("skipped: yade not found");
+    if !installed(yade) {
         return;
     }
     let room = tempfile::tempdir().expect("temporary folder");
@@ -254,65 +263,95 @@ fn without_friction_the_solvers_agree_to_rounding() {
     }
 }
 
-/// Planes that a solver has to take in another form: oblique, pushing, sliding
-/// along two axes, turning about their normal, swinging.
-#[test]
-fn walls_of_every_kind_agree() {
-    let slide = |x, y, z| Motion::Translate { velocity: Vec3::new(x, y, z) };
-    let turn =
-        |axis: Vec3| Motion::Rotate { origin: Vec3::new(-3e-3, 1e-3, 0.0), axis, rate: -8.0 };
-    let cases = [
-        ("slope", Vec3::new(0.3, 0.1, 1.0), Motion::Still),
-        ("belt", Vec3::z(), slide(0.2, 0.0, 0.0)),
-        ("belt_two_ways", Vec3::z(), slide(0.2, 0.1, 0.0)),
-        ("piston", Vec3::z(), slide(0.0, 0.0, 0.3)),
-        ("oblique_piston", Vec3::new(0.3, 0.1, 1.0), slide(0.1, 0.0, 0.3)),
-        ("table", Vec3::z(), turn(Vec3::z())),
-        ("paddle", Vec3::z(), turn(Vec3::y())),
-    ];
-    for (name, normal, motion) in cases {
-        let mut model = model(Dimension::Three, CONTACT);
-        let normal = normal.normalize();
-        add_sphere(&mut model, normal * 1.01e-3, normal * -0.2, Vec3::new(0.0, 20.0, 0.0));
-        add_plane(&mut model, name, Vec3::zeros(), normal, motion);
-        let Some(worst) = worst_difference(&model) else { return };
-        // What is left is the lever arm at planes and how the spring turns.
-        assert!(worst < 2e-8, "{name}: {worst:e} m");
-        let run = finished(solver::all()[0], &model).expect("found before");
-        let speed = last_state(&run).velocity.dot(&normal);
-        assert!(speed > 0.0, "{name}: the sphere comes back at {speed} m/s");
-    }
+/// A sphere that meets a plane which a solver has to take in another form.
+fn wall_agrees(name: &str, normal: Vec3, motion: Motion) {
+    let mut model = model(Dimension::Three, CONTACT);
+    let normal = normal.normalize();
+    add_sphere(&mut model, normal * 1.01e-3, normal * -0.2, Vec3::new(0.0, 20.0, 0.0));
+    add_plane(&mut model, name, Vec3::zeros(), normal, motion);
+    model.plan.steps = 500;
+    let Some(worst) = worst_difference(&model) else { return };
+    // What is left is the lever arm at planes and how the spring turns: 0.3 % of
+    // the tangential motion, some 0.02 m/s over 0.4 ms.
+    assert!(worst < 5e-8, "{name}: {worst:e} m");
+}
+
+fn slide(x: f64, y: f64, z: f64) -> Motion {
+    Motion::Translate { velocity: Vec3::new(x, y, z) }
+}
+
+fn turn(axis: Vec3) -> Motion {
+    Motion::Rotate { origin: Vec3::new(-3e-3, 1e-3, 0.0), axis, rate: -8.0 }
 }
 
 #[test]
-fn discs_and_clumps_of_discs_agree() {
-    let mut model = model(Dimension::Two, CONTACT);
+fn still_and_sliding_planes_agree() {
+    wall_agrees("slope", Vec3::new(0.3, 0.1, 1.0), Motion::Still);
+    wall_agrees("belt", Vec3::z(), slide(0.2, 0.0, 0.0));
+    wall_agrees("belt_two_ways", Vec3::z(), slide(0.2, 0.1, 0.0));
+}
+
+#[test]
+fn pistons_agree() {
+    wall_agrees("piston", Vec3::z(), slide(0.0, 0.0, 0.3));
+    wall_agrees("oblique_piston", Vec3::new(0.3, 0.1, 1.0), slide(0.1, 0.0, 0.3));
+}
+
+#[test]
+fn turning_planes_agree() {
+    wall_agrees("table", Vec3::z(), turn(Vec3::z()));
+    wall_agrees("paddle", Vec3::z(), turn(Vec3::y()));
+}
+
+/// Discs and a clump of discs between an axis plane and an oblique one.
+fn flat_scene(contact: Contact) -> Model {
+    // Masses of discs of unit thickness are large: stiffnesses to match.
+    let contact = Contact { kn: 1e8, kt: contact.kt * 1e4, cn: 200.0, ..contact };
+    let mut model = model(Dimension::Two, contact);
     model.gravity = Vec3::new(0.0, -9.81, 0.0);
-    // Masses of discs of unit thickness are large: contacts to match.
-    model.contacts = ContactTable::uniform(1, Contact { kn: 1e6, kt: 5e5, cn: 20.0, ..CONTACT });
     add_sphere(&mut model, Vec3::new(0.0, 1.01e-3, 0.0), Vec3::new(0.2, -0.5, 0.0), Vec3::zeros());
     add_sphere(&mut model, Vec3::new(2.1e-3, 1.5e-3, 0.0), Vec3::zeros(), Vec3::zeros());
     add_plane(&mut model, "floor", Vec3::zeros(), Vec3::y(), Motion::Still);
     let slope = Vec3::new(-1.0, 1.0, 0.0);
     add_plane(&mut model, "slope", Vec3::new(4e-3, 0.0, 0.0), slope, Motion::Still);
-    if let Some(worst) = worst_difference(&model) {
-        assert!(worst < 1e-8, "discs: {worst:e} m");
+    model
+}
+
+#[test]
+fn discs_agree() {
+    if let Some(worst) = worst_difference(&flat_scene(CONTACT)) {
+        assert!(worst < 5e-7, "{worst:e} m");
     }
+    let smooth = Contact { kt: 0.0, friction: 0.0, ..CONTACT };
+    if let Some(worst) = worst_difference(&flat_scene(smooth)) {
+        assert!(worst < 1e-14, "without friction: {worst:e} m");
+    }
+}
+
+#[test]
+fn clumps_of_discs_agree() {
+    let mut model = flat_scene(Contact { kt: 0.0, friction: 0.0, ..CONTACT });
     let inertia = Vec3::new(3e-9, 5e-9, 8e-9);
     let at = Vec3::new(-6e-3, 2.05e-3, 0.0);
     add_clump(&mut model, at, Vec3::new(0.1, -0.5, 0.0), Vec3::z() * 30.0, inertia);
     model.bodies[2].mass = 0.02;
     if let Some(worst) = worst_difference(&model) {
-        assert!(worst < 1e-7, "with a clump: {worst:e} m");
+        assert!(worst < 1e-11, "{worst:e} m");
     }
 }
 
-#[test]
-fn walls_of_another_material_agree() {
-    let mut model = model(Dimension::Three, CONTACT);
+/// Two spheres that meet on a floor of another, softer material without dashpot.
+fn rubber_floor(contact: Contact) -> Model {
+    let mut model = model(Dimension::Three, contact);
     model.materials.push(Material { name: "rubber".into(), density: 1000.0 });
-    model.contacts = ContactTable::uniform(2, CONTACT);
-    let soft = Contact { kn: 2e3, kt: 1e3, cn: 0.0, ct: 0.0, friction: 0.9 };
+    model.contacts = ContactTable::uniform(2, contact);
+    let soft = Contact {
+        kn: 2e3,
+        kt: 0.2 * contact.kt,
+        cn: 0.0,
+        ct: 0.0,
+        friction: 2.0 * contact.friction,
+    };
     model.contacts.set(0, 1, soft);
     model.gravity = Vec3::new(0.0, 0.0, -9.81);
     for x in [0.0, 2.05e-3] {
@@ -321,8 +360,18 @@ fn walls_of_another_material_agree() {
     }
     add_plane(&mut model, "floor", Vec3::zeros(), Vec3::z(), Motion::Still);
     model.walls[0].material = 1;
-    if let Some(worst) = worst_difference(&model) {
-        assert!(worst < 1e-7, "{worst:e} m");
+    model
+}
+
+#[test]
+fn walls_of_another_material_agree() {
+    let smooth = Contact { kt: 0.0, friction: 0.0, ..CONTACT };
+    if let Some(worst) = worst_difference(&rubber_floor(smooth)) {
+        assert!(worst < 1e-14, "without friction: {worst:e} m");
+    }
+    // The lever arms differ by 0.7 % here (overlap 14 um), of 0.1 m/s over 1 ms.
+    if let Some(worst) = worst_difference(&rubber_floor(CONTACT)) {
+        assert!(worst < 7e-7, "{worst:e} m");
     }
 }
 
@@ -382,8 +431,7 @@ fn cancelled_runs_stop() {
     add_sphere(&mut model, Vec3::zeros(), Vec3::zeros(), Vec3::zeros());
     model.plan.steps = 1_000_000_000;
     for solver in solver::all() {
-        if solver.find().is_none() {
-            println!("skipped: {} not found", solver.key());
+        if !installed(solver) {
             continue;
         }
         let room = tempfile::tempdir().expect("temporary folder");
