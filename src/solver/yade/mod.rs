@@ -84,14 +84,13 @@ impl Solver for Yade {
     }
 
     fn run(&self, model: &Model, deck: &Deck, job: &Job) -> Result<Run, SolverError> {
-        let found = self
-            .find()
+        let program = process::program(VARIABLE, PROGRAM)
             .ok_or(SolverError::Missing { solver: self.name(), how: self.how_to_install() })?;
         process::remove(&deck.folder, read::OUTPUTS)?;
         let ended = Command {
             folder: &deck.folder,
             variable: VARIABLE,
-            program: &found.program,
+            program: &program,
             solver: self.name(),
             steps: model.plan.steps,
             step_of: read::step_of,

@@ -1,0 +1,476 @@
+//! Decks run in the real solvers and held against closed forms and each other.
+//! A solver that is not installed is skipped, and the test says so.
+
+use riprap::geometry::{Bounds, Mesh};
+use riprap::model::{
+    Body, BodyState, Contact, ContactTable, Dimension, Material, Model, Motion, Outcome, Plan, Run,
+    Scheme, Sphere, StepReason, Wall, WallShape,
+};
+use riprap::num::{Job, Mat3, Rotation, Vec3};
+use riprap::solver::{self, DeckOptions, LimitKind, Solver};
+
+const CONTACT: Contact = Contact { kn: 1e4, kt: 5e3, cn: 0.3, ct: 0.0, friction: 0.4 };
+
+fn model(dimension: Dimension, contact: Contact) -> Model {
+    Model {
+        title: "solver test".into(),
+        dimension,
+        seed: 1,
+        bodies: Vec::new(),
+        spheres: Vec::new(),
+        materials: vec![Material { name: "stone".into(), density: 2500.0 }],
+        contacts: ContactTable::uniform(1, contact),
+        walls: Vec::new(),
+        gravity: Vec3::zeros(),
+        local_damping: 0.0,
+        domain: Bounds { low: Vec3::repeat(-0.02), high: Vec3::repeat(0.02) },
+        plan: Plan {
+            step: 1e-6,
+            reason: StepReason::Given,
+            steps: 1000,
+            frame_every: 400,
+            series_every: 100,
+            checkpoint_every: 0,
+            scheme: Scheme::Liggghts,
+            law: Scheme::Liggghts.law(),
+            insist: false,
+        },
+    }
+}
+
+fn add_sphere(model: &mut Model, at: Vec3, velocity: Vec3, spin: Vec3) {
+    let (index, first) = (model.bodies.len() as u32, model.spheres.len() as u32);
+    let mut body = Body::sphere(model.dimension, at, 1e-3, 2500.0, 0, first);
+    (body.velocity, body.spin) = (velocity, spin);
+    model.bodies.push(body);
+    model.spheres.push(Sphere { offset: Vec3::zeros(), radius: 1e-3, body: index });
+}
+
+/// A clump whose mass, centre of mass and inertia are not those of its spheres.
+fn add_clump(model: &mut Model, at: Vec3, velocity: Vec3, spin: Vec3, inertia: Vec3) {
+    let flat = model.dimension == Dimension::Two;
+    let mut offsets = vec![
+        Vec3::new(1e-3, 0.0, 0.0),
+        Vec3::new(-0.6e-3, 0.7e-3, 0.0),
+        Vec3::new(-0.5e-3, -0.6e-3, 0.0),
+    ];
+    if !flat {
+        offsets.iter_mut().for_each(|offset| offset.z = -0.2e-3);
+        offsets.push(Vec3::new(0.1e-3, 0.0, 0.8e-3));
+    }
+    let turn = if flat { Vec3::z() * 0.4 } else { Vec3::new(0.3, -0.5, 0.8) };
+    let index = model.bodies.len() as u32;
+    model.bodies.push(Body {
+        position: at,
+        orientation: Rotation::from_scaled_axis(turn),
+        velocity,
+        spin,
+        mass: 2e-5,
+        inertia,
+        first_sphere: model.spheres.len() as u32,
+        sphere_count: offsets.len() as u32,
+        material: 0,
+        family: 0,
+        grain: 0,
+    });
+    let balls = offsets.into_iter().map(|offset| Sphere { offset, radius: 0.9e-3, body: index });
+    model.spheres.extend(balls);
+}
+
+fn add_plane(model: &mut Model, name: &str, point: Vec3, normal: Vec3, motion: Motion) {
+    let shape = WallShape::Plane { point, normal: normal.normalize() };
+    model.walls.push(Wall { name: name.into(), shape, motion, material: 0 });
+}
+
+/// Looks for each solver once.
+fn installed(solver: &dyn Solver) -> bool {
+    static FOUND: std::sync::OnceLock<[bool; 2]> = std::sync::OnceLock::new();
+    let found = FOUND.get_or_init(|| solver::all().map(|solver| solver.find().is_some()));
+    let there = found[usize::from(solver.key() == "yade")];
+    if !there {
+        println!("skipped: {} not found", solver.key());
+    }
+    there
+}
+
+/// Writes and runs the deck; `None` where the solver is not installed.
+fn run(solver: &dyn Solver, model: &Model, options: &DeckOptions) -> Option<Run> {
+    if !installed(solver) {
+        return None;
+    }
+    let room = tempfile::tempdir().expect("temporary folder");
+    let deck = solver.write(model, &room.path().join(solver.key()), options);
+    let deck = deck.unwrap_or_else(|error| panic!("{}: {error}", solver.key()));
+    let run = solver.run(model, &deck, &Job::quiet());
+    Some(run.unwrap_or_else(|error| panic!("{}: {error}", solver.key())))
+}
+
+fn finished(solver: &dyn Solver, model: &Model) -> Option<Run> {
+    let run = run(solver, model, &DeckOptions::default())?;
+    assert_eq!(run.outcome, Outcome::Finished, "{}", solver.key());
+    assert_eq!(run.frames[0].step, 0);
+    assert_eq!(run.frames.last().map(|frame| frame.step), Some(model.plan.steps));
+    Some(run)
+}
+
+/// Both solvers on one model; the largest difference of sphere centres at the end, m.
+fn worst_difference(model: &Model) -> Option<f64> {
+    let runs: Vec<Run> =
+        solver::all().into_iter().filter_map(|solver| finished(solver, model)).collect();
+    let [a, b] = runs.as_slice() else { return None };
+    let (a, b) = (a.frames.last()?, b.frames.last()?);
+    a.centres.iter().zip(&b.centres).map(|(a, b)| (a - b).norm()).reduce(f64::max)
+}
+
+fn last_state(run: &Run) -> BodyState {
+    run.frames.last().expect("frames").bodies[0]
+}
+
+/// Restitution of a linear spring-dashpot contact that may not pull
+/// (Schwager & Pöschel 2007, Granular Matter 9, 465, eq. 21).
+#[test]
+fn one_bounce_has_the_closed_form_restitution() {
+    let mut model = model(Dimension::Three, Contact { kt: 0.0, friction: 0.0, ..CONTACT });
+    let start = Vec3::new(0.0, 0.0, 1.01e-3);
+    add_sphere(&mut model, start, Vec3::new(0.0, 0.0, -0.1), Vec3::zeros());
+    add_plane(&mut model, "floor", Vec3::zeros(), Vec3::z(), Motion::Still);
+    (model.plan.step, model.plan.steps) = (1e-7, 4000);
+    let mass = model.bodies[0].mass;
+    let decay = CONTACT.cn / (2.0 * mass);
+    let rate = (CONTACT.kn / mass - decay * decay).sqrt();
+    let angle = std::f64::consts::PI - (2.0 * decay * rate).atan2(rate * rate - decay * decay);
+    let expected = (-decay / rate * angle).exp();
+    for solver in solver::all() {
+        let Some(run) = finished(solver, &model) else { continue };
+        let got = last_state(&run).velocity.z / 0.1;
+        let error = (got - expected).abs() / expected;
+        assert!(error < 3e-3, "{}: {got} for {expected}", solver.key());
+        assert!(run.cost.cpu_seconds > 0.0 && run.cost.loop_seconds.is_some(), "{:?}", run.cost);
+    }
+}
+
+/// A symmetric top in free fall: the centre of mass follows the parabola, and
+/// the angular velocity circles about the angular momentum at |L| / I₁ (Euler).
+#[test]
+fn a_spinning_clump_in_free_fall_follows_the_closed_forms() {
+    let mut model = model(Dimension::Three, CONTACT);
+    model.gravity = Vec3::new(0.5, 0.0, -9.81);
+    let (inertia, spin) = (Vec3::new(1.2e-11, 1.2e-11, 1.9e-11), Vec3::new(300.0, -150.0, 450.0));
+    let velocity = Vec3::new(0.1, 0.2, 0.3);
+    add_clump(&mut model, Vec3::new(1e-3, 0.0, 2e-3), velocity, spin, inertia);
+    model.plan.steps = 4000;
+    let start = model.bodies[0].clone();
+    let axes = start.orientation.to_rotation_matrix();
+    let tensor = axes.matrix() * Mat3::from_diagonal(&inertia) * axes.matrix().transpose();
+    let momentum = tensor * spin;
+    let time = model.plan.duration();
+    let circle = Rotation::from_scaled_axis(momentum / inertia.x * time);
+    // YADE turns clumps to first order in the step, so its error is the step times the rate.
+    for (solver, tolerance) in solver::all().into_iter().zip([1e-6, 5e-3]) {
+        let Some(run) = finished(solver, &model) else { continue };
+        let state = last_state(&run);
+        let place = start.position + velocity * time + model.gravity * (0.5 * time * time);
+        assert!((state.position - place).norm() < 1e-15, "{}: place", solver.key());
+        let error = (state.spin - circle * spin).norm() / spin.norm();
+        assert!(error < tolerance, "{}: spin off by {error:e}", solver.key());
+        let turned = state.orientation.to_rotation_matrix();
+        let tensor = turned.matrix() * Mat3::from_diagonal(&inertia) * turned.matrix().transpose();
+        let error = (tensor * state.spin - momentum).norm() / momentum.norm();
+        assert!(error < tolerance, "{}: angular momentum off by {error:e}", solver.key());
+    }
+}
+
+/// What the solvers make of the mass properties that the deck gives them.
+#[test]
+fn clumps_weigh_what_the_model_says() {
+    let mut model = model(Dimension::Three, CONTACT);
+    model.gravity = Vec3::new(0.0, 0.0, -9.81);
+    let inertia = Vec3::new(1.1e-11, 1.4e-11, 1.9e-11);
+    let spin = Vec3::new(300.0, -150.0, 450.0);
+    add_clump(&mut model, Vec3::new(1e-3, 0.0, 2e-3), Vec3::new(1.0, 2.0, 3.0), spin, inertia);
+    model.plan.steps = 10;
+    let [liggghts, yade] = solver::all();
+    if let Some(run) = finished(liggghts, &model) {
+        // At step 0 forces are weights, and the spin is what fix rigid makes of L and I.
+        let frame = &run.frames[0];
+        let weight: Vec3 = frame.forces.iter().sum();
+        assert!((weight - model.gravity * 2e-5).norm() < 1e-13 * 2e-4);
+        let torque: Vec3 = frame
+            .centres
+            .iter()
+            .zip(&frame.forces)
+            .map(|(centre, force)| (centre - model.bodies[0].position).cross(force))
+            .sum();
+        assert!(torque.norm() < 1e-13 * 2e-4 * 1e-3, "{torque:?}");
+        assert!((frame.bodies[0].spin - spin).norm() < 1e-11 * spin.norm());
+        assert!((frame.bodies[0].velocity - model.bodies[0].velocity).norm() < 1e-12);
+    }
+    if !installed(yade) {
+        return;
+    }
+    let room = tempfile::tempdir().expect("temporary folder");
+    let folder = room.path().join("yade");
+    yade.write(&model, &folder, &DeckOptions::default()).expect("written");
+    let script = folder.join("run.py");
+    let text = std::fs::read_to_string(&script).expect("there");
+    let said =
+        "s = O.bodies[clumps[0]].state\nprint('says', digits((s.mass,), s.inertia, s.pos))\n";
+    std::fs::write(&script, text.replace("\nsteps = ", &format!("\n{said}steps = ")))
+        .expect("written");
+    let output = std::process::Command::new("sh").arg(folder.join("run.sh")).output().expect("sh");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    let line = text.lines().find_map(|line| line.strip_prefix("says ")).expect("the line");
+    let numbers: Vec<f64> = line.split(' ').map(|word| word.parse().expect("a number")).collect();
+    let position = model.bodies[0].position;
+    let expected = [2e-5, inertia.x, inertia.y, inertia.z, position.x, position.y, position.z];
+    for (got, expected) in numbers.iter().zip(expected) {
+        assert!((got - expected).abs() <= 1e-13 * expected.abs().max(1e-6), "{numbers:?}");
+    }
+}
+
+#[test]
+fn contacts_come_back_with_their_forces() {
+    let mut model = model(Dimension::Three, Contact { cn: 0.0, ..CONTACT });
+    for x in [0.0, 1.99e-3, 3.97e-3, 9e-3] {
+        add_sphere(&mut model, Vec3::new(x, 0.0, 0.0), Vec3::zeros(), Vec3::zeros());
+    }
+    (model.plan.step, model.plan.steps) = (1e-12, 1);
+    for solver in solver::all() {
+        let Some(run) = finished(solver, &model) else { continue };
+        let touches = run.touches.expect("contacts are read");
+        let pairs: Vec<_> = touches.iter().map(|t| (t.first, t.second)).collect();
+        assert_eq!(pairs, [(0, 1), (1, 2)], "{}", solver.key());
+        for (touch, overlap) in touches.iter().zip([1e-5, 2e-5]) {
+            assert!((touch.normal - 1e4 * overlap).abs() < 1e-8, "{}: {touch:?}", solver.key());
+            assert!(touch.tangential < 1e-9);
+        }
+        let force = run.frames.last().expect("frames").forces[0];
+        assert!((force.x + 0.1).abs() < 1e-8, "{}: {force:?}", solver.key());
+    }
+}
+
+#[test]
+fn without_friction_the_solvers_agree_to_rounding() {
+    let mut model = model(Dimension::Three, Contact { kt: 0.0, friction: 0.0, ..CONTACT });
+    model.gravity = Vec3::new(0.0, 0.0, -9.81);
+    let still = Vec3::zeros();
+    add_sphere(&mut model, Vec3::new(0.0, 0.0, 1.1e-3), still, still);
+    add_sphere(&mut model, Vec3::new(0.3e-3, 0.0, 3.2e-3), Vec3::new(0.0, 0.0, -0.5), still);
+    add_plane(&mut model, "floor", Vec3::zeros(), Vec3::z(), Motion::Still);
+    model.plan.steps = 3000;
+    if let Some(worst) = worst_difference(&model) {
+        assert!(worst < 1e-15, "{worst:e} m");
+    }
+}
+
+/// A sphere that meets a plane which a solver has to take in another form.
+fn wall_agrees(name: &str, normal: Vec3, motion: Motion) {
+    let mut model = model(Dimension::Three, CONTACT);
+    let normal = normal.normalize();
+    add_sphere(&mut model, normal * 1.01e-3, normal * -0.2, Vec3::new(0.0, 20.0, 0.0));
+    add_plane(&mut model, name, Vec3::zeros(), normal, motion);
+    model.plan.steps = 500;
+    let Some(worst) = worst_difference(&model) else { return };
+    // What is left is the lever arm at planes and how the spring turns: 0.3 % of
+    // the tangential motion, some 0.02 m/s over 0.4 ms.
+    assert!(worst < 5e-8, "{name}: {worst:e} m");
+}
+
+fn slide(x: f64, y: f64, z: f64) -> Motion {
+    Motion::Translate { velocity: Vec3::new(x, y, z) }
+}
+
+fn turn(axis: Vec3) -> Motion {
+    Motion::Rotate { origin: Vec3::new(-3e-3, 1e-3, 0.0), axis, rate: -8.0 }
+}
+
+#[test]
+fn still_and_sliding_planes_agree() {
+    wall_agrees("slope", Vec3::new(0.3, 0.1, 1.0), Motion::Still);
+    wall_agrees("belt", Vec3::z(), slide(0.2, 0.0, 0.0));
+    wall_agrees("belt_two_ways", Vec3::z(), slide(0.2, 0.1, 0.0));
+}
+
+#[test]
+fn pistons_agree() {
+    wall_agrees("piston", Vec3::z(), slide(0.0, 0.0, 0.3));
+    wall_agrees("oblique_piston", Vec3::new(0.3, 0.1, 1.0), slide(0.1, 0.0, 0.3));
+}
+
+#[test]
+fn turning_planes_agree() {
+    wall_agrees("table", Vec3::z(), turn(Vec3::z()));
+    wall_agrees("paddle", Vec3::z(), turn(Vec3::y()));
+}
+
+/// Discs and a clump of discs between an axis plane and an oblique one.
+fn flat_scene(contact: Contact) -> Model {
+    // Masses of discs of unit thickness are large: stiffnesses to match.
+    let contact = Contact { kn: 1e8, kt: contact.kt * 1e4, cn: 200.0, ..contact };
+    let mut model = model(Dimension::Two, contact);
+    model.gravity = Vec3::new(0.0, -9.81, 0.0);
+    add_sphere(&mut model, Vec3::new(0.0, 1.01e-3, 0.0), Vec3::new(0.2, -0.5, 0.0), Vec3::zeros());
+    add_sphere(&mut model, Vec3::new(2.1e-3, 1.5e-3, 0.0), Vec3::zeros(), Vec3::zeros());
+    add_plane(&mut model, "floor", Vec3::zeros(), Vec3::y(), Motion::Still);
+    let slope = Vec3::new(-1.0, 1.0, 0.0);
+    add_plane(&mut model, "slope", Vec3::new(4e-3, 0.0, 0.0), slope, Motion::Still);
+    model
+}
+
+#[test]
+fn discs_agree() {
+    if let Some(worst) = worst_difference(&flat_scene(CONTACT)) {
+        assert!(worst < 5e-7, "{worst:e} m");
+    }
+    let smooth = Contact { kt: 0.0, friction: 0.0, ..CONTACT };
+    if let Some(worst) = worst_difference(&flat_scene(smooth)) {
+        assert!(worst < 1e-14, "without friction: {worst:e} m");
+    }
+}
+
+#[test]
+fn clumps_of_discs_agree() {
+    let mut model = flat_scene(Contact { kt: 0.0, friction: 0.0, ..CONTACT });
+    let inertia = Vec3::new(3e-9, 5e-9, 8e-9);
+    let at = Vec3::new(-6e-3, 2.05e-3, 0.0);
+    add_clump(&mut model, at, Vec3::new(0.1, -0.5, 0.0), Vec3::z() * 30.0, inertia);
+    model.bodies[2].mass = 0.02;
+    if let Some(worst) = worst_difference(&model) {
+        assert!(worst < 1e-11, "{worst:e} m");
+    }
+}
+
+/// Two spheres that meet on a floor of another, softer material without dashpot.
+fn rubber_floor(contact: Contact) -> Model {
+    let mut model = model(Dimension::Three, contact);
+    model.materials.push(Material { name: "rubber".into(), density: 1000.0 });
+    model.contacts = ContactTable::uniform(2, contact);
+    let soft = Contact {
+        kn: 2e3,
+        kt: 0.2 * contact.kt,
+        cn: 0.0,
+        ct: 0.0,
+        friction: 2.0 * contact.friction,
+    };
+    model.contacts.set(0, 1, soft);
+    model.gravity = Vec3::new(0.0, 0.0, -9.81);
+    for x in [0.0, 2.05e-3] {
+        let at = Vec3::new(x, 0.0, 1.01e-3);
+        add_sphere(&mut model, at, Vec3::new(0.1 - 50.0 * x, 0.0, -0.2), Vec3::zeros());
+    }
+    add_plane(&mut model, "floor", Vec3::zeros(), Vec3::z(), Motion::Still);
+    model.walls[0].material = 1;
+    model
+}
+
+#[test]
+fn walls_of_another_material_agree() {
+    let smooth = Contact { kt: 0.0, friction: 0.0, ..CONTACT };
+    if let Some(worst) = worst_difference(&rubber_floor(smooth)) {
+        assert!(worst < 1e-14, "without friction: {worst:e} m");
+    }
+    // The lever arms differ by 0.7 % here (overlap 14 um), of 0.1 m/s over 1 ms.
+    if let Some(worst) = worst_difference(&rubber_floor(CONTACT)) {
+        assert!(worst < 7e-7, "{worst:e} m");
+    }
+}
+
+/// A fan of triangles so sharp that LIGGGHTS refuses it with its own settings.
+#[test]
+fn needle_triangles_do_not_stop_liggghts() {
+    let mut model = model(Dimension::Three, CONTACT);
+    let corner = |x: f64, y: f64| Vec3::new(x * 5e-3, y * 5e-3, 0.0);
+    let mesh = Mesh {
+        vertices: vec![
+            corner(-1.0, -1.0),
+            corner(1.0, -1.0),
+            corner(1.0, 1.0),
+            corner(-1.0, 1.0),
+            corner(1.0, 0.994),
+        ],
+        triangles: vec![[0, 1, 4], [0, 4, 2], [0, 2, 3]],
+    };
+    add_sphere(
+        &mut model,
+        Vec3::new(2e-3, -2e-3, 1.01e-3),
+        Vec3::new(0.0, 0.0, -0.2),
+        Vec3::zeros(),
+    );
+    let shape = WallShape::Mesh { mesh };
+    model.walls.push(Wall { name: "plate".into(), shape, motion: Motion::Still, material: 0 });
+    let liggghts = solver::all()[0];
+    let limits = liggghts.limits(&model);
+    assert!(limits.iter().any(|l| l.kind == LimitKind::Differs && l.what.contains("curvature")));
+    let Some(run) = finished(liggghts, &model) else { return };
+    assert!(last_state(&run).velocity.z > 0.0);
+}
+
+#[test]
+fn lost_spheres_are_an_outcome() {
+    let mut model = model(Dimension::Three, CONTACT);
+    let out = Vec3::new(0.0, 0.0, 100.0);
+    add_sphere(&mut model, Vec3::zeros(), out, Vec3::zeros());
+    let [liggghts, yade] = solver::all();
+    if let Some(run) = run(liggghts, &model, &DeckOptions::default()) {
+        let Outcome::Failed { reason } = &run.outcome else { panic!("{:?}", run.outcome) };
+        assert!(reason.contains("Lost atoms") || reason.contains("lost"), "{reason}");
+    }
+    if let Some(run) = run(yade, &model, &DeckOptions::default()) {
+        assert!(
+            run.notes.iter().any(|note| note.contains("outside the domain")),
+            "{:?}",
+            run.notes
+        );
+    }
+}
+
+#[test]
+fn cancelled_runs_stop() {
+    use std::sync::{Arc, atomic::AtomicBool};
+    let mut model = model(Dimension::Three, CONTACT);
+    add_sphere(&mut model, Vec3::zeros(), Vec3::zeros(), Vec3::zeros());
+    model.plan.steps = 1_000_000_000;
+    for solver in solver::all() {
+        if !installed(solver) {
+            continue;
+        }
+        let room = tempfile::tempdir().expect("temporary folder");
+        let deck = solver.write(&model, &room.path().join("deck"), &DeckOptions::default());
+        let silent = Arc::new(riprap::num::job::Silent);
+        let job = Job::new(1, silent, Arc::new(AtomicBool::new(true)));
+        let run = solver.run(&model, &deck.expect("written"), &job).expect("an outcome");
+        assert!(matches!(run.outcome, Outcome::Cancelled { .. }), "{:?}", run.outcome);
+    }
+}
+
+/// Two MPI ranks give what one gives.
+#[test]
+fn ranks_do_not_change_the_answer() {
+    if std::process::Command::new("mpirun").arg("--version").output().is_err() {
+        println!("skipped: mpirun not found");
+        return;
+    }
+    let mut model = model(Dimension::Three, CONTACT);
+    model.gravity = Vec3::new(0.0, 0.0, -9.81);
+    let inertia = Vec3::new(1.1e-11, 1.4e-11, 1.9e-11);
+    for x in [-4e-3, 4e-3] {
+        add_clump(
+            &mut model,
+            Vec3::new(x, 0.0, 2.2e-3),
+            Vec3::new(-100.0 * x, 0.0, -0.5),
+            Vec3::x() * 50.0,
+            inertia,
+        );
+    }
+    add_plane(&mut model, "floor", Vec3::zeros(), Vec3::z(), Motion::Still);
+    model.plan.steps = 2000;
+    let liggghts = solver::all()[0];
+    let Some(one) = finished(liggghts, &model) else { return };
+    let options = DeckOptions { ranks: 2, processors: Some([2, 1, 1]), queue_script: true };
+    let two = run(liggghts, &model, &options).expect("found before");
+    assert_eq!(two.outcome, Outcome::Finished);
+    let (one, two) = (one.frames.last().expect("frames"), two.frames.last().expect("frames"));
+    for (a, b) in one.centres.iter().zip(&two.centres) {
+        assert!((a - b).norm() < 1e-14, "{a:?} {b:?}");
+    }
+}
