@@ -251,8 +251,6 @@ fn pairs(setting: &Setting<'_>, state: &State, grid: &Grid, memory: &[(u64, Reco
     let mut book = Book::open(partner.len(), setting.kept);
     if !memory.is_empty() {
         for slot in 0..balls.len() {
-            for k in start[slot] as usize..start[slot + 1] as usize {
-                let (name, turned) = name(state.order[slot], state.order[partner[k] as usize]);
             let (from, to) = (start[slot] as usize, start[slot + 1] as usize);
             for (k, other) in (from..to).zip(&partner[from..to]) {
                 let (name, turned) = name(state.order[slot], state.order[*other as usize]);
