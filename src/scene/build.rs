@@ -134,18 +134,32 @@ fn bodies(
             radius: ball.radius,
             body,
         }));
-        let mut made = if grain.clump.fidelity.is_none() {
-            let radius = balls[0].radius;
-            Body::sphere(dimension, placement.position, radius, density, material, first_sphere)
-        } else {
-            Body {
-                sphere_count: balls.len() as u32,
+        let centre = placement.position + placement.orientation * balls[0].centre;
+        let ball =
+            Body::sphere(dimension, centre, balls[0].radius, density, material, first_sphere);
+        let mut made = match (&grain.clump.fidelity, balls.len()) {
+            (None, _) => ball,
+            // One sphere is a good enough clump for this grain: it keeps the mass of the grain and
+            // turns like a homogeneous sphere about its own centre.
+            (Some(_), 1) => {
+                let mass = density * grain.clump.volume;
+                Body { mass, inertia: ball.inertia * (mass / ball.mass), ..ball }
+            }
+            (Some(_), count) => Body {
+                position: placement.position,
+                orientation: placement.orientation,
+                sphere_count: count as u32,
                 mass: density * grain.clump.volume,
                 inertia: grain.clump.inertia * density,
-                ..Body::sphere(dimension, placement.position, 1.0, density, material, first_sphere)
-            }
+                ..ball
+            },
         };
-        made.orientation = placement.orientation;
+        if balls.len() == 1 {
+            spheres
+                .last_mut()
+                .into_iter()
+                .for_each(|sphere: &mut Sphere| sphere.offset = Vec3::zeros());
+        }
         made.velocity = placement.velocity;
         made.spin = placement.spin;
         made.family = grain.family;

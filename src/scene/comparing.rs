@@ -4,7 +4,7 @@ use super::build::Built;
 use super::parameters::Start;
 use super::road::{Packed, Road, RoadError};
 use crate::dem;
-use crate::model::{Frame, Model, Outcome, Run, Scheme};
+use crate::model::{Model, Outcome, Run, Scheme};
 use crate::num::Job;
 use crate::report::compare::{Comparison, Twin, compare};
 use crate::solver::{Deck, DeckOptions, LimitKind, Solver};

@@ -107,7 +107,7 @@ pub fn solid(loaded: &Loaded, draw: &Draw) -> Result<Option<Solid>, Fault> {
 /// The clump of a draw.
 ///
 /// # Errors
-/// A fault under the family's `clump` if the method finds no spheres for this shape.
+/// A fault under the family's `clump` if the method finds no sphere for this shape.
 pub fn reproduce(
     loaded: &Loaded,
     draw: &Draw,
@@ -122,16 +122,9 @@ pub fn reproduce(
             _ => clump::sphere(&draw.name, radius),
         });
     };
-    let wrong = |problem: String| {
-        let key = format!("grains[{}].clump", draw.family);
-        Fault::new(key, problem, "parameters that give at least two spheres")
-    };
-    let clump =
-        clump::reproduce(solid, method, family.mass, loaded.scene.seed, u64::from(draw.index), job)
-            .map_err(|error| wrong(error.to_string()))?;
-    // One sphere cannot carry the inertia of another solid in LIGGGHTS.
-    if clump.balls.len() < 2 {
-        return Err(wrong(format!("gives a single sphere for {}", clump.name)));
-    }
-    Ok(clump)
+    clump::reproduce(solid, method, family.mass, loaded.scene.seed, u64::from(draw.index), job)
+        .map_err(|error| {
+            let key = format!("grains[{}].clump", draw.family);
+            Fault::new(key, error.to_string(), "parameters that give at least one sphere")
+        })
 }
