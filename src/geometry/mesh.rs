@@ -1,4 +1,4 @@
-//! Triangle surfaces: checking, repair, exact mass properties.
+//! Triangle surfaces and their exact mass properties.
 //!
 //! Mass properties by the divergence theorem over signed tetrahedra with the
 //! origin shifted to the bounding-box centre (Eberly 2002; exact for the mesh).

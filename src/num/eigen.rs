@@ -1,9 +1,9 @@
 //! Eigenvalues and eigenvectors of symmetric 3 × 3 matrices, by cyclic Jacobi
 //! rotations (Jacobi 1846; Golub & Van Loan, Matrix Computations, 8.5).
 //!
-//! nalgebra's `symmetric_eigen` is not used: without a limit on its iterations
-//! it never returns for some well-conditioned inertia tensors. Jacobi's method
-//! converges for every finite matrix, quadratically near the end; 5 sweeps are
+//! Used instead of nalgebra's `symmetric_eigen`, which returns the values in no
+//! order and has no limit on its iterations. Jacobi's method converges for
+//! every finite matrix, quadratically near the end; 5 sweeps are
 //! usual and 32 the limit. Eigenvectors are orthonormal to rounding.
 
 use super::{Mat3, Vec3};
