@@ -10,7 +10,7 @@ use crate::model::{Model, Run, SeriesRow};
 use crate::num::statistics::quantile;
 
 fn line(name: impl Into<String>, points: Vec<(f64, f64)>) -> Series {
-    Series { name: name.into(), points }
+    Series { name: name.into(), points, dots: false }
 }
 
 /// Kinetic, elastic, gravitational and dissipated energy and the work of walls
@@ -166,6 +166,31 @@ pub fn cpu(runs: &[&Run]) -> Bars {
     }
 }
 
+/// Error against run time, both logarithmic, one curve a method: `methods` are
+/// names with points (seconds, error); `label` and `unit` say what the error is
+/// and `floor` is the error of the reference itself, below which nothing counts.
+pub fn work_precision(
+    title: &str,
+    methods: &[(String, Vec<(f64, f64)>)],
+    label: &str,
+    unit: &str,
+    floor: Option<f64>,
+) -> Chart {
+    let curve = |(name, points): &(String, Vec<(f64, f64)>)| {
+        let mut points = points.clone();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        Series { name: name.clone(), points, dots: true }
+    };
+    Chart {
+        title: title.into(),
+        caption: "Lower left is better: less error for less time.".into(),
+        x: Axis::log("run time", "s"),
+        y: Axis::log(label, unit),
+        series: methods.iter().map(curve).collect(),
+        mark: floor.map(|value| (value, "error of the reference".into())),
+    }
+}
+
 /// Root mean square surface distance of clumps, in equivalent diameters, over
 /// their number of spheres; `None` unless at least two have errors.
 pub fn fidelity(clumps: &[Clump]) -> Option<Chart> {
@@ -196,4 +221,69 @@ pub fn fidelity(clumps: &[Clump]) -> Option<Chart> {
         ],
         mark: None,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::num::Vec3;
+    use crate::report::fixture;
+
+    #[test]
+    fn what_is_zero_throughout_is_left_out_of_the_ledger() {
+        let model = fixture::model(2);
+        let run = fixture::run(&model, "ours", |_| Vec3::zeros());
+        let chart = energies(&run.series);
+        let names: Vec<&str> = chart.series.iter().map(|s| s.name.as_str()).collect();
+        assert_eq!(names, ["kinetic", "elastic", "gravitational", "normal dashpot"]);
+        let error = energy_error(&run.series).series.remove(0).points[10];
+        assert!((error.1 - 1e-6 / 1e-3).abs() < 1e-12, "{error:?}");
+    }
+
+    #[test]
+    fn heights_follow_the_bed() {
+        let model = fixture::model(2);
+        let run = fixture::run(&model, "ours", |step| Vec3::z() * (1e-6 * step as f64));
+        let points = heights(&model, &[&run]).series.remove(0).points;
+        assert!((points[10].1 - points[0].1 - 1e-3).abs() < 1e-12);
+        assert!((points[0].1 - (1.5 * 0.0099 + 0.005)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn work_precision_sorts_by_time_and_draws_every_point() {
+        let methods = vec![("a".to_owned(), vec![(4.0, 1e-5), (1.0, 1e-3), (2.0, 1e-4)])];
+        let chart = work_precision("study", &methods, "error", "m", Some(1e-7));
+        assert_eq!(chart.series[0].points[0], (1.0, 1e-3));
+        let svg = chart.svg().expect("three points");
+        assert_eq!(svg.matches("<circle").count(), 3);
+        assert!(svg.contains("error of the reference") && svg.contains("run time, s"));
+    }
+
+    #[test]
+    fn clumps_of_one_size_have_no_curve() {
+        let clump = fixture::clump("a");
+        assert!(fidelity(&[clump.clone(), clump.clone()]).is_none());
+        let mut finer = clump.clone();
+        finer.balls.extend(clump.balls.clone());
+        let chart = fidelity(&[finer, clump]).expect("two numbers of spheres");
+        assert_eq!(chart.series[0].points[0].0, 3.0);
+        assert!((chart.series[0].points[0].1 - 0.03 / 1.6).abs() < 1e-12);
+    }
+
+    #[test]
+    fn forces_are_shares_that_fall_from_one() {
+        let model = fixture::model(2);
+        let run = fixture::run(&model, "ours", |_| Vec3::zeros());
+        let found = crate::report::compare::compare(
+            &model,
+            &run,
+            &[],
+            &[],
+            &crate::report::compare::Tolerances::default(),
+        );
+        let statistics = found.ours.statistics.expect("a final state");
+        let points = forces(&[("ours", &statistics)]).series.remove(0).points;
+        assert_eq!((points.len(), points[0].1), (12, 1.0));
+        assert!((points[11].1 - 1.0 / 12.0).abs() < 1e-15);
+    }
 }

@@ -50,16 +50,20 @@ pub fn view_spheres(centres: &[Vec3], radii: &[f64], groups: &[u32]) -> Picture 
 
 /// A clump beside its solid, both in the frame of the solid and to the same scale.
 pub fn solid_beside_clump(solid: &Solid, clump: &Clump, width: usize, height: usize) -> Picture {
-    let centre = solid.mesh.bounds().centre();
     let balls: Vec<(Vec3, f64)> = clump
         .balls
         .iter()
         .map(|ball| (clump.centroid + clump.axes * ball.centre, ball.radius))
         .collect();
-    let low = lowest(&solid.mesh, &balls);
+    let room = balls.iter().fold(solid.mesh.bounds(), |room, (centre, radius)| {
+        let reach = Vec3::repeat(*radius);
+        room.with(&(centre - reach)).with(&(centre + reach))
+    });
+    let middle = room.centre();
     let half = |items: &[Item]| {
         let mut style = Style::new(width / 2, height);
-        style.ground = Some(Vec3::new(centre.x, centre.y, low));
+        style.ground = Some(Vec3::new(middle.x, middle.y, room.low.z));
+        style.room = Some(room);
         render(items, &style)
     };
     let surface = Item::Surface { mesh: Cow::Borrowed(&solid.mesh), colour: colour::STONE };
@@ -73,11 +77,6 @@ pub fn solid_beside_clump(solid: &Solid, clump: &Clump, width: usize, height: us
         })
         .collect();
     Picture::beside(&[half(&[surface]), half(&spheres)])
-}
-
-fn lowest(mesh: &Mesh, balls: &[(Vec3, f64)]) -> f64 {
-    let mesh = mesh.bounds().low.z;
-    balls.iter().map(|(centre, radius)| centre.z - radius).fold(mesh, f64::min)
 }
 
 fn solid_picture(mesh: &Mesh, width: usize, height: usize) -> Picture {

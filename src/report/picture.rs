@@ -351,6 +351,18 @@ mod tests {
     }
 
     #[test]
+    fn threads_do_not_change_a_pixel() {
+        let items: Vec<Item> = (0..40)
+            .map(|i| ball((i % 7) as f64, (i % 5) as f64, (i % 3) as f64, 0.8, RED))
+            .collect();
+        let with = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            pool.expect("a small pool").install(|| render(&items, &Style::new(60, 50)))
+        };
+        assert_eq!(with(1), with(3));
+    }
+
+    #[test]
     fn png_reads_back() {
         let picture = render(&[ball(0.0, 0.0, 0.0, 1.0, RED)], &flat(33, 21));
         let bytes = picture.png().expect("a small picture can be encoded");

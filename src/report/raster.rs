@@ -79,7 +79,7 @@ impl Canvas {
         }
     }
 
-    /// A flat disc facing the eye, with a darker rim and, for a `turn` [rad], a
+    /// A flat disc facing the eye, with a darker rim and, for a `turn` in rad, a
     /// mark that shows its rotation.
     pub fn disc(&mut self, place: [f64; 3], radius: f64, colour: Rgb, turn: Option<f64>) {
         let [x, y, depth] = place;
