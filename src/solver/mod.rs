@@ -5,6 +5,8 @@
 //! what the model says, is listed before a deck is written.
 
 mod deck;
+#[cfg(test)]
+mod deck_tests;
 mod finite;
 mod left_out;
 pub mod liggghts;

@@ -239,13 +239,10 @@ pub fn says(program: &Path, arguments: &[&str], marker: &str) -> Option<String> 
         .stdin(Stdio::null())
         .output()
         .ok()?;
-    [&output.stdout, &output.stderr].into_iter().find_map(|bytes| {
-        let text = String::from_utf8_lossy(bytes).into_owned();
-        let line = text
-            .lines()
-            .find_map(|line| line.split_once(marker).map(|(_, rest)| rest.trim().to_owned()));
-        line
-    })
+    let text =
+        [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
+    let rest = text.iter().flat_map(|text| text.lines()).find_map(|line| line.split_once(marker));
+    rest.map(|(_, rest)| rest.trim().to_owned())
 }
 
 /// Removes old output files, so that nothing old is ever read as new.

@@ -121,3 +121,86 @@ pub fn text(path: &Path) -> Result<String, SolverError> {
 pub fn vector(row: &[f64], at: usize) -> Vec3 {
     Vec3::new(row[at], row[at + 1], row[at + 2])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solver::deck::examples;
+
+    fn frame(model: &Model, step: u64) -> Frame {
+        let states = model.initial_states();
+        let count = model.spheres.len();
+        Frame {
+            step,
+            time: step as f64 * model.plan.step,
+            centres: model.sphere_centres(&states),
+            velocities: vec![Vec3::zeros(); count],
+            spins: vec![Vec3::zeros(); count],
+            forces: vec![Vec3::zeros(); count],
+            bodies: states,
+        }
+    }
+
+    fn ended(success: bool, cancelled: bool) -> Ended {
+        Ended {
+            success,
+            cancelled,
+            status: "exit status: 1".into(),
+            tail: vec!["ERROR: Lost atoms".into()],
+            cpu_seconds: Some(1.5),
+            wall_seconds: 2.0,
+            peak_bytes: None,
+        }
+    }
+
+    fn joined(frames: Vec<Frame>, ended: &Ended) -> Result<Run, SolverError> {
+        let model = examples::two_spheres();
+        let deck =
+            Deck { folder: "nowhere".into(), files: Vec::new(), ranks: 1, limits: Vec::new() };
+        let read =
+            Read { frames, touches: Some(Vec::new()), loop_seconds: Some(1.0), notes: Vec::new() };
+        run("test", &model, &deck, ended, read)
+    }
+
+    #[test]
+    fn outcomes_follow_the_frames_and_the_exit() {
+        let model = examples::two_spheres();
+        let (first, last) = (frame(&model, 0), frame(&model, model.plan.steps));
+        let outcome = |frames: &[&Frame], ended: &Ended| {
+            joined(frames.iter().map(|f| (*f).clone()).collect(), ended).map(|run| run.outcome)
+        };
+        let good = ended(true, false);
+        assert!(matches!(outcome(&[&first, &last], &good), Ok(Outcome::Finished)));
+        // A solver that says all is well and stopped early did not finish.
+        assert!(matches!(outcome(&[&first], &good), Ok(Outcome::Failed { .. })));
+        let lost = outcome(&[&first], &ended(false, false));
+        assert!(matches!(lost, Ok(Outcome::Failed { reason }) if reason.contains("Lost atoms")));
+        let stopped = outcome(&[&first], &ended(false, true));
+        assert!(matches!(stopped, Ok(Outcome::Cancelled { step: 0 })));
+        assert!(matches!(outcome(&[], &ended(false, false)), Err(SolverError::Solver { .. })));
+    }
+
+    #[test]
+    fn nothing_that_is_not_finite_comes_through() {
+        let model = examples::two_spheres();
+        let (first, mut last) = (frame(&model, 0), frame(&model, model.plan.steps));
+        last.velocities[1].y = f64::NAN;
+        let run = joined(vec![first, last], &ended(true, false)).expect("an outcome");
+        let Outcome::Stopped { step, reason, .. } = run.outcome else {
+            panic!("{:?}", run.outcome)
+        };
+        assert_eq!(step, model.plan.steps);
+        assert!(reason.contains("sphere 1"), "{reason}");
+        assert_eq!(run.frames.len(), 1);
+        assert_eq!(run.touches, None);
+    }
+
+    #[test]
+    fn spheres_outside_the_domain_are_told() {
+        let model = examples::two_spheres();
+        let mut last = frame(&model, model.plan.steps);
+        last.centres[1].z = 1.0;
+        let run = joined(vec![last], &ended(true, false)).expect("an outcome");
+        assert!(run.notes.iter().any(|note| note.contains("sphere 1 (body 1)")), "{:?}", run.notes);
+    }
+}

@@ -2,12 +2,14 @@
 # Runs this deck in its own folder. RIPRAP_LIGGGHTS names another program.
 cd "$(dirname "$0")" || exit 1
 # Unbuffered: LIGGGHTS loses its error messages when its output is a pipe.
+unbuffered=
+command -v stdbuf >/dev/null && unbuffered="stdbuf -o0"
 {%- if ranks > 1 %}
 root=
 [ "$(id -u)" = 0 ] && root=--allow-run-as-root
-exec mpirun $root --oversubscribe -np {{ ranks }} stdbuf -o0 "${RIPRAP_LIGGGHTS:-liggghts}" -in in.liggghts "$@"
+exec mpirun $root --oversubscribe -np {{ ranks }} $unbuffered "${RIPRAP_LIGGGHTS:-liggghts}" -in in.liggghts "$@"
 {%- else %}
 # One process needs no Open MPI daemon: half the time to start.
 export OMPI_MCA_ess_singleton_isolated=1
-exec stdbuf -o0 "${RIPRAP_LIGGGHTS:-liggghts}" -in in.liggghts "$@"
+exec $unbuffered "${RIPRAP_LIGGGHTS:-liggghts}" -in in.liggghts "$@"
 {%- endif %}

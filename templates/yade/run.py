@@ -12,7 +12,8 @@
 # YADE puts two materials in series, 1/(1/a1 + 1/a2): the values below are such
 # that every pair that can meet has the value of the scene.
 # Scheme: forces at x(t) with v(t - dt/2). Velocities are given, and written, half a
-# step before positions{% if needs.gravity %}: at the start v(0) - dt/2 g{% endif %}; angular velocities are given as they are.
+# step before positions{% if needs.gravity %}: at the start v(0) - dt/2 g{% endif %}; angular velocities are given as they
+# are. Contact forces at time 0 are not in the half step: best start without contacts.
 # Run with: sh run.sh   (writes frames.txt, contacts.txt)
 
 {% if many_frictions -%}

@@ -94,7 +94,7 @@ pub struct Surface<'a> {
 impl Surface<'_> {
     /// Name of its STL file.
     pub fn file(&self) -> String {
-        format!("{}.stl", self.wall.name)
+        format!("wall_{}.stl", self.wall.name)
     }
 
     fn values(&self) -> SurfaceValues {

@@ -148,7 +148,7 @@ impl WallValues {
 }
 
 fn facet_file(wall: &Wall) -> String {
-    format!("{}.txt", wall.name)
+    format!("wall_{}.txt", wall.name)
 }
 
 /// The materials of the deck, or what makes them impossible.
@@ -225,8 +225,12 @@ fn common_friction(model: &Model, classes: &[Class]) -> f64 {
 /// Materials as bodies use them, in order, then materials as walls use them.
 fn classes(model: &Model) -> Vec<Class> {
     let count = model.materials.len() as u16;
+    let mut users = vec![0_usize; model.materials.len()];
+    for body in &model.bodies {
+        users[usize::from(body.material)] += 1;
+    }
     let bodies = (0..count).filter_map(|material| {
-        let users = model.bodies.iter().filter(|body| body.material == material).count();
+        let users = users[usize::from(material)];
         (users > 0).then_some(Class { material, wall: false, meets_itself: users > 1 })
     });
     let walls = (0..count).filter_map(|material| {
@@ -345,6 +349,7 @@ impl Spheres {
     /// Reads the bodies of one sphere.
     pub fn new(model: &Model) -> Self {
         let needs = model.needs();
+        let materials = body_materials(model);
         let singles = model.bodies.iter().filter(|body| body.sphere_count == 1);
         let spheres = singles
             .map(|body| {
@@ -354,7 +359,7 @@ impl Spheres {
                 let numbers = [x.x, x.y, z, model.spheres[index].radius, body.mass, inertia];
                 SphereRow(
                     index,
-                    body_material(model, body.material),
+                    materials[usize::from(body.material)],
                     numbers,
                     plain(&early(model, &body.velocity)),
                     plain(&body.spin),
@@ -365,9 +370,14 @@ impl Spheres {
     }
 }
 
-/// Place of a body's material in the deck's list: body classes come first, in order.
-fn body_material(model: &Model, material: u16) -> usize {
-    classes(model).iter().position(|c| !c.wall && c.material == material).unwrap_or(0)
+/// Place of every material of the scene in the deck's list, as bodies use it:
+/// body classes come first, in order. 0 for materials that only walls have.
+fn body_materials(model: &Model) -> Vec<usize> {
+    let classes = classes(model);
+    let place = |material: usize| {
+        classes.iter().position(|c| !c.wall && usize::from(c.material) == material).unwrap_or(0)
+    };
+    (0..model.materials.len()).map(place).collect()
 }
 
 /// Values of `clumps.csv`.
@@ -384,6 +394,7 @@ impl Clumps {
     /// Reads the bodies of several spheres.
     pub fn new(model: &Model) -> Self {
         let flat = model.needs().discs;
+        let materials = body_materials(model);
         let mut first = 0;
         let mut clumps = Vec::new();
         for body in model.bodies.iter().filter(|body| body.sphere_count > 1) {
@@ -403,7 +414,7 @@ impl Clumps {
             clumps.push(ClumpRow(
                 first,
                 count,
-                body_material(model, body.material),
+                materials[usize::from(body.material)],
                 [
                     x.x, x.y, z, turn.w, turn.i, turn.j, turn.k, body.mass, inertia.x, inertia.y,
                     inertia.z, v.x, v.y, v.z, w.x, w.y, w.z, momentum.x, momentum.y, momentum.z,
