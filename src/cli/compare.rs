@@ -3,6 +3,7 @@
 use super::arguments::Compare;
 use super::export::named;
 use super::{Ending, Screen};
+use crate::report::compare::Comparison;
 use crate::scene::comparing::Compared;
 use crate::scene::road::Road;
 use crate::solver::{self, Solver};
@@ -42,10 +43,34 @@ pub fn chosen(keys: &[String], screen: &Screen) -> Result<Vec<&'static dyn Solve
     Ok(found)
 }
 
+/// Verdict, reasons and cost of each solver.
+fn summary(comparison: &Comparison) -> String {
+    let mut text = format!("{}\n", comparison.verdict());
+    for other in &comparison.others {
+        text.push_str(&format!("{}\n", other.side.solver));
+        other.reasons.iter().for_each(|reason| text.push_str(&format!("  {reason}\n")));
+    }
+    text.push_str(&format!(
+        "{:32} {:>10} {:>10} {:>22}\n",
+        "", "CPU s", "wall s", "M sphere-steps/wall s"
+    ));
+    for side in
+        std::iter::once(&comparison.ours).chain(comparison.others.iter().map(|other| &other.side))
+    {
+        let cost = &side.cost;
+        let speed = cost.speed().map_or(String::new(), |speed| format!("{:.2}", speed * 1e-6));
+        text.push_str(&format!(
+            "{:32} {:>10.2} {:>10.2} {speed:>22}\n",
+            side.solver, cost.cpu_seconds, cost.wall_seconds
+        ));
+    }
+    text
+}
+
 /// Prints the result of a comparison.
 pub fn conclude(road: &Road, compared: &Compared, screen: &Screen) -> Result<(), Ending> {
     let page = road.store.path("report/index.html");
-    let text = format!("{}\n{}\n", compared.comparison.verdict(), page.display());
+    let text = format!("{}{}\n", summary(&compared.comparison), page.display());
     screen.result(&compared.comparison, &text)?;
     if let Some(failure) = compared.failures.first() {
         return Err(Ending::Solver(failure.clone()));

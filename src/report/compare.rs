@@ -271,11 +271,11 @@ impl TwinCheck {
             .filter(|point| point.time > 0.0 && point.time <= so_far.window_end * slack);
         let frames_in_window = inside.clone().count();
         let worst_in_window = inside.map(|point| point.largest).reduce(f64::max);
-        // A pair that never leaves the tolerance agrees, however sparse its frames are.
-        let never_left = trajectory.points.len() > 1 && trajectory.leaves_at.is_none();
+        // A pair that agrees at frames after the window agrees in it, however sparse the frames are.
+        let agrees_later = trajectory.agrees_until.is_some_and(|until| until > 0.0);
         let agrees = worst_in_window
             .map(|worst| worst <= so_far.tolerances.trajectory)
-            .or(never_left.then_some(true));
+            .or(agrees_later.then_some(true));
         Self { scheme: twin.scheme.clone(), trajectory, worst_in_window, frames_in_window, agrees }
     }
 
@@ -284,13 +284,19 @@ impl TwinCheck {
         let until = with_unit(so_far.window_end, "s");
         let scheme = &self.scheme;
         match (self.agrees, self.worst_in_window) {
-            (Some(true), Some(worst)) => format!(
-                "Same computation: differs from our DEM in the scheme {scheme} by at most {worst:.1e} \
-                 smallest radii until t = {until} ({limit:.0e} allowed)."
-            ),
-            (Some(true), None) => format!(
-                "Same computation: never more than {limit:.0e} smallest radii from our DEM in the scheme {scheme}."
-            ),
+            (Some(true), worst) => {
+                let within = with_unit(self.trajectory.agrees_until.unwrap_or(0.0), "s");
+                let early = worst.map_or(String::new(), |worst| {
+                    format!(
+                        ", by at most {worst:.1e} over the first {} frames",
+                        self.frames_in_window
+                    )
+                });
+                format!(
+                    "Same computation: sphere by sphere within {limit:.0e} smallest radii of our DEM in the \
+                     scheme {scheme} until t = {within}{early}."
+                )
+            }
             (Some(false), worst) => format!(
                 "Not the same computation: {:.1e} smallest radii from our DEM in the scheme {scheme} \
                  before t = {until}, {limit:.0e} allowed.",

@@ -8,7 +8,6 @@ use crate::model::{Model, Outcome, Run, Scheme};
 use crate::num::Job;
 use crate::report::compare::{Comparison, Twin, compare};
 use crate::solver::{Deck, DeckOptions, LimitKind, Solver};
-use std::io::Write;
 
 /// A comparison with the runs that it was made from.
 pub struct Compared {
@@ -68,11 +67,10 @@ impl Road {
         }
         let tolerance = &self.loaded.scene.compare.tolerance;
         let comparison = compare(&model, &ours, &others, &twins, tolerance);
-        self.store.write(&mut running, "compare.json", |out| {
-            Ok(serde_json::to_writer_pretty(out, &comparison)?)
-        })?;
-        self.store
-            .write(&mut running, "compare.csv", |out| out.write_all(comparison.csv().as_bytes()))?;
+        for name in ["compare.json", "compare.csv"] {
+            self.store.prepare(&mut running, name)?;
+        }
+        comparison.write(self.store.root()).map_err(|error| RoadError::Work(error.to_string()))?;
         self.store.finish(running)?;
         let mut missing: Vec<String> = crate::solver::all()
             .into_iter()
