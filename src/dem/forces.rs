@@ -379,7 +379,7 @@ fn pair<const FRICTION: bool, const DAMPING: bool>(
         return None;
     }
     let distance = square.sqrt();
-    let normal = between / distance;
+    let normal = between * distance.recip();
     let overlap = sum - distance;
     let arms = [me.radius - 0.5 * overlap, them.radius - 0.5 * overlap];
     let mut velocity = me.velocity - them.velocity;

@@ -236,12 +236,12 @@ pub fn respond<const FRICTION: bool, const DAMPING: bool>(
         if rule.interval > 0.0 {
             tally.slip += 0.5 * pair.kt * (before + spring).dot(&(trial - spring));
         }
-        if DAMPING {
+        if DAMPING && pair.ct > 0.0 {
+            // The dashpot force lies along the sliding velocity, so both sizes need one root.
+            let (speed, power) = (slide.norm(), dash.dot(&slide));
             let lag = book.lag[k][1];
-            let now = dash.dot(&slide);
-            let size = dash.norm();
-            tally.tangential_dashpot += 0.5 * rule.interval * (lag * slide.norm() + now);
-            book.lag[k][1] = size;
+            tally.tangential_dashpot += 0.5 * rule.interval * (lag * speed + power);
+            book.lag[k][1] = if speed > 0.0 { power / speed } else { 0.0 };
         }
     }
     Reply { normal, tangent }
@@ -255,9 +255,16 @@ fn carry(rule: &Rule, approach: &Approach, book: &mut BookView<'_>, k: usize) ->
     match rule.law.history {
         History::Projected => old,
         History::Rescaled => {
-            let flat = old - n * old.dot(&n);
-            let (was, is) = (old.norm_squared(), flat.norm_squared());
-            if is > 0.0 { flat * (was / is).sqrt() } else { flat }
+            let along = old.dot(&n);
+            let flat = old - n * along;
+            let (was, lost) = (old.norm_squared(), along * along);
+            if lost < 1e-8 * was {
+                // 1/√(1 − ε) to the last digit without a root: most contacts turn slowly.
+                flat * (1.0 + 0.5 * lost / was)
+            } else {
+                let is = flat.norm_squared();
+                if is > 0.0 { flat * (was / is).sqrt() } else { flat }
+            }
         }
         History::Rotated => {
             let from = book.normal[k];
@@ -274,9 +281,9 @@ fn carry(rule: &Rule, approach: &Approach, book: &mut BookView<'_>, k: usize) ->
 fn cut(kind: Coulomb, pair: &Contact, trial: Vec3, slide: Vec3, limit: f64) -> (Vec3, Vec3) {
     match kind {
         Coulomb::SpringThenDashpot => {
-            let size = pair.kt * trial.norm();
-            if size > limit {
-                (trial * (limit / size), Vec3::zeros())
+            let square = pair.kt * pair.kt * trial.norm_squared();
+            if square > limit * limit {
+                (trial * (limit / square.sqrt()), Vec3::zeros())
             } else {
                 (trial, slide * pair.ct)
             }
@@ -284,11 +291,11 @@ fn cut(kind: Coulomb, pair: &Contact, trial: Vec3, slide: Vec3, limit: f64) -> (
         Coulomb::Sum => {
             let dash = slide * pair.ct;
             let total = trial * pair.kt + dash;
-            let size = total.norm();
-            if size <= limit {
+            let square = total.norm_squared();
+            if square <= limit * limit {
                 return (trial, dash);
             }
-            let force = total * (limit / size);
+            let force = total * (limit / square.sqrt());
             if pair.kt > 0.0 { ((force - dash) / pair.kt, dash) } else { (trial, force) }
         }
     }

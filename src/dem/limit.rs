@@ -19,7 +19,7 @@
 use super::neighbours;
 use super::setting::Setting;
 use super::state::State;
-use crate::model::{Body, Contact, Dimension, Model, WallShape};
+use crate::model::{Body, Contact, Dimension, Model, Sphere, WallShape};
 use crate::num::Vec3;
 use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 
@@ -29,6 +29,8 @@ const STEPS_PER_CONTACT: f64 = 50.0;
 const SAFETY: f64 = 0.8;
 /// Directions sampled about each sphere of a clump.
 const DIRECTIONS: usize = 48;
+/// Different bodies that the packed bound looks at.
+const SAMPLE: usize = 200;
 
 /// What is known about the step of a model before it runs.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -421,30 +423,43 @@ fn each_link<'a>(setting: &'a Setting<'_>, state: &State, mut visit: impl FnMut(
     }
 }
 
-/// Bound for bodies surrounded by as many neighbours as can touch them.
+/// Bound for bodies surrounded by as many neighbours as can touch them: the
+/// least over the [`SAMPLE`] different bodies that are lightest for their reach.
 fn packed_bound(setting: &Setting<'_>) -> f64 {
     let model = setting.model;
-    let partners: Vec<u16> = model
-        .bodies
-        .iter()
-        .map(|body| body.material)
+    let used = model.bodies.iter().map(|body| body.material);
+    let partners: Vec<u16> = used
         .chain(model.walls.iter().map(|wall| wall.material))
         .collect::<std::collections::BTreeSet<_>>()
         .into_iter()
         .collect();
-    let mut known: Vec<((u16, u64, u64, u32), f64)> = Vec::new();
-    let mut best = f64::INFINITY;
-    for (index, body) in model.bodies.iter().enumerate() {
-        let radius = size_of(model, body);
-        let key = (body.material, body.mass.to_bits(), radius.to_bits(), body.sphere_count);
-        if known.iter().rev().take(8).any(|entry| entry.0 == key) {
-            continue;
-        }
-        let value = packed_one(setting, index, &partners);
-        known.push((key, value));
-        best = best.min(value);
-    }
-    best
+    let stiffest = |material: u16| {
+        partners.iter().map(|other| setting.pair(material, *other).kn).fold(0.0, f64::max)
+    };
+    let mut order: Vec<(f64, u32)> = model
+        .bodies
+        .iter()
+        .enumerate()
+        .map(|(index, body)| {
+            let reach = reach(model.spheres_of(index));
+            let inert = body.mass.min(body.inertia.min() / (reach * reach));
+            (inert / stiffest(body.material), index as u32)
+        })
+        .collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    order.dedup_by_key(|entry| {
+        let body = &model.bodies[entry.1 as usize];
+        (entry.0.to_bits(), body.mass.to_bits(), body.material, body.sphere_count)
+    });
+    order
+        .iter()
+        .take(SAMPLE)
+        .map(|(_, index)| packed_one(setting, *index as usize, &partners))
+        .fold(f64::INFINITY, f64::min)
+}
+
+fn reach(spheres: &[Sphere]) -> f64 {
+    spheres.iter().map(|s| s.offset.norm() + s.radius).fold(0.0, f64::max)
 }
 
 fn packed_one(setting: &Setting<'_>, index: usize, partners: &[u16]) -> f64 {
@@ -468,7 +483,7 @@ fn packed_one(setting: &Setting<'_>, index: usize, partners: &[u16]) -> f64 {
         .fold(0.0, f64::max);
     let law = Contact { kn, kt, cn: 0.0, ct: 0.0, friction: 1.0 };
     let spheres = model.spheres_of(index);
-    let reach = spheres.iter().map(|s| s.offset.norm() + s.radius).fold(0.0, f64::max);
+    let reach = reach(spheres);
     let most = if setting.planar { 6.0 } else { 12.0 };
     // One contact alone, in its worst direction.
     let single = (kn / body.mass).max(kt * (1.0 / body.mass + reach * reach / body.inertia.min()));

@@ -31,25 +31,53 @@ pub fn finish(setting: &Setting<'_>, state: &mut State) {
 /// moved so far that the lists are no longer valid (or is nowhere).
 pub fn advance(setting: &Setting<'_>, state: &mut State) -> bool {
     let step = setting.step;
-    match setting.scheme {
-        Scheme::Yade => {
-            kick_alone(setting, state, step);
-            drift_alone(state, step);
-            for index in 0..state.solids.len() {
-                move_as_yade(setting, state, index);
-            }
-        }
-        scheme => {
-            kick_alone(setting, state, 0.5 * step);
-            drift_alone(state, step);
-            kick_solids(setting, state, 0.5 * step);
-            for index in 0..state.solids.len() {
-                drift_solid(setting, state, index, scheme);
-            }
+    let kick = if setting.scheme == Scheme::Yade { step } else { 0.5 * step };
+    state.step += 1;
+    let room = room(setting, state);
+    let mut far = move_alone(setting, state, kick, room * room);
+    if setting.scheme != Scheme::Yade {
+        kick_solids(setting, state, kick);
+    }
+    for index in 0..state.solids.len() {
+        match setting.scheme {
+            Scheme::Yade => move_as_yade(setting, state, index),
+            scheme => drift_solid(setting, state, index, scheme),
         }
     }
-    state.step += 1;
-    outdated(setting, state)
+    if !state.solids.is_empty() {
+        let moved = state.balls.iter().zip(&state.built).filter(|(ball, _)| !ball.alone);
+        far |= !moved.map(|(ball, built)| ball.place - built).all(|way| within(&way, room * room));
+    }
+    far || room <= 0.0
+}
+
+/// How far a sphere may move before the lists can miss a contact, m; 0 or less
+/// if walls alone have used up the skin.
+fn room(setting: &Setting<'_>, state: &State) -> f64 {
+    let time = |step: u64| step as f64 * setting.step;
+    let travel = setting.wall_travel(time(state.built_at), time(state.step));
+    (0.5 * setting.skin).min(setting.skin - travel)
+}
+
+/// False for NaN as well.
+fn within(way: &Vec3, square: f64) -> bool {
+    way.norm_squared() <= square
+}
+
+/// Kicks and moves the balls that are bodies by themselves; true if one went too far.
+fn move_alone(setting: &Setting<'_>, state: &mut State, kick: f64, square: f64) -> bool {
+    let (gravity, step) = (setting.gravity, setting.step);
+    let mut far = false;
+    let fixed = state.loads.iter().zip(&state.light).zip(&state.built);
+    for (ball, ((load, light), built)) in state.balls.iter_mut().zip(fixed) {
+        if ball.alone {
+            ball.velocity += (load.force * light.mass + gravity) * kick;
+            ball.place += ball.velocity * step;
+            far |= !within(&(ball.place - built), square);
+        }
+    }
+    kick_spins(setting, state, kick);
+    far
 }
 
 fn kick_alone(setting: &Setting<'_>, state: &mut State, span: f64) {
@@ -59,17 +87,13 @@ fn kick_alone(setting: &Setting<'_>, state: &mut State, span: f64) {
             ball.velocity += (load.force * light.mass + gravity) * span;
         }
     }
+    kick_spins(setting, state, span);
+}
+
+fn kick_spins(setting: &Setting<'_>, state: &mut State, span: f64) {
     if setting.needs.friction {
         for ((spin, load), light) in state.spins.iter_mut().zip(&state.loads).zip(&state.light) {
             *spin += load.torque * (light.inertia * span);
-        }
-    }
-}
-
-fn drift_alone(state: &mut State, step: f64) {
-    for ball in &mut state.balls {
-        if ball.alone {
-            ball.place += ball.velocity * step;
         }
     }
 }
@@ -114,23 +138,6 @@ fn move_as_yade(setting: &Setting<'_>, state: &mut State, index: usize) {
             turn::yade(&solid.turn, &body.inertia, &solid.momentum, &solid.load.torque, step);
     }
     state.carry_members(setting, index);
-}
-
-/// Whether the candidate lists may miss a contact at the state's time.
-fn outdated(setting: &Setting<'_>, state: &State) -> bool {
-    let time = |step: u64| step as f64 * setting.step;
-    let travel = setting.wall_travel(time(state.built_at), time(state.step));
-    let room = (0.5 * setting.skin).min(setting.skin - travel);
-    if room <= 0.0 {
-        return true;
-    }
-    let square = room * room;
-    // Written so that NaN counts as moved.
-    !state
-        .balls
-        .iter()
-        .zip(&state.built)
-        .all(|(ball, built)| (ball.place - built).norm_squared() <= square)
 }
 
 /// Applies local damping to the loads of the present pass; returns its power, W.
