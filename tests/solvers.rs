@@ -224,7 +224,7 @@ fn clumps_weigh_what_the_model_says() {
     let position = model.bodies[0].position;
     let expected = [2e-5, inertia.x, inertia.y, inertia.z, position.x, position.y, position.z];
     for (got, expected) in numbers.iter().zip(expected) {
-        assert!((got - expected).abs() <= 1e-13 * expected.abs().max(1e-6), "{numbers:?}");
+        assert!((got - expected).abs() <= 1e-14 * expected.abs(), "{numbers:?}");
     }
 }
 

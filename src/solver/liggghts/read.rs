@@ -50,6 +50,9 @@ pub fn run(
 
 fn notes(model: &Model) -> Vec<String> {
     let mut notes = Vec::new();
+    if model.needs().gravity {
+        notes.push("forces on spheres include the weight of each sphere".into());
+    }
     if !model.needs().clumps {
         return notes;
     }

@@ -96,7 +96,7 @@ impl Script {
 }
 
 /// A plane along an axis that stays one: at rest, sliding, or turning about its normal.
-fn is_plane(wall: &Wall) -> bool {
+pub fn is_plane(wall: &Wall) -> bool {
     wall.shape.axis_plane().is_some()
         && (!matches!(wall.motion, Motion::Rotate { .. }) || surface::stays_in_plane(wall))
 }
