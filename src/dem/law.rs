@@ -82,7 +82,7 @@ pub struct Book {
     pub touching: Vec<bool>,
     /// Tangential springs, m; with friction only.
     pub spring: Vec<Vec3>,
-    /// Non-elastic normal force and size of the tangential dashpot force at the last pass, N; with damping only.
+    /// Non-elastic normal force [N] and power of the tangential dashpot [W] at the last pass; with damping only.
     pub lag: Vec<[f64; 2]>,
     /// Normal of the last pass; with springs that turn with it only.
     pub normal: Vec<Vec3>,
@@ -211,14 +211,15 @@ pub fn respond<const FRICTION: bool, const DAMPING: bool>(
     let closing = -approach.velocity.dot(&approach.normal);
     let elastic = pair.kn * approach.overlap;
     let mut normal = elastic;
+    let old = if DAMPING { book.lag[k] } else { [0.0; 2] };
+    let mut new = [0.0; 2];
     if DAMPING {
         normal += pair.cn * closing;
         if normal < 0.0 && !rule.law.tension {
             normal = 0.0;
         }
-        let loss = normal - elastic;
-        tally.normal_dashpot += 0.5 * rule.interval * closing * (book.lag[k][0] + loss);
-        book.lag[k][0] = loss;
+        new[0] = normal - elastic;
+        tally.normal_dashpot += 0.5 * rule.interval * closing * (old[0] + new[0]);
     }
     let mut tangent = Vec3::zeros();
     if FRICTION {
@@ -229,22 +230,31 @@ pub fn respond<const FRICTION: bool, const DAMPING: bool>(
         if rule.law.history == History::Projected {
             trial -= approach.normal * trial.dot(&approach.normal);
         }
-        let (spring, dash) = cut(rule.law.coulomb, pair, trial, slide, limit);
+        let (spring, dash, slips) = cut(rule.law.coulomb, pair, trial, slide, limit);
         tangent = -(spring * pair.kt + dash);
         book.spring[k] = spring;
-        let before = trial - slide * rule.interval;
-        if rule.interval > 0.0 {
+        if slips && rule.interval > 0.0 {
+            let before = trial - slide * rule.interval;
             tally.slip += 0.5 * pair.kt * (before + spring).dot(&(trial - spring));
         }
-        if DAMPING && pair.ct > 0.0 {
-            // The dashpot force lies along the sliding velocity, so both sizes need one root.
-            let (speed, power) = (slide.norm(), dash.dot(&slide));
-            let lag = book.lag[k][1];
-            tally.tangential_dashpot += 0.5 * rule.interval * (lag * speed + power);
-            book.lag[k][1] = if speed > 0.0 { power / speed } else { 0.0 };
+        if DAMPING {
+            new[1] = dash.dot(&slide);
+            tally.tangential_dashpot += rule.interval * mean_power(old[1], new[1]);
         }
     }
+    if DAMPING {
+        book.lag[k] = new;
+    }
     Reply { normal, tangent }
+}
+
+/// Mean power of a tangential dashpot between two passes at which it had the
+/// powers `before` and `now`. The forces act on the sliding velocity w between
+/// the passes, ½(c w' + c w)·w = ¼ c w'² + ¾ c w² − ¼ c (w − w')²; the last term
+/// is of second order. A dashpot that was or is off takes half of the other power.
+#[inline(always)]
+fn mean_power(before: f64, now: f64) -> f64 {
+    if before > 0.0 && now > 0.0 { 0.25 * before + 0.75 * now } else { 0.5 * (before + now) }
 }
 
 /// The spring of the last pass, turned with the contact.
@@ -276,16 +286,16 @@ fn carry(rule: &Rule, approach: &Approach, book: &mut BookView<'_>, k: usize) ->
     }
 }
 
-/// Spring and dashpot force after the Coulomb limit.
+/// Spring, dashpot force after the Coulomb limit, and whether it cut anything.
 #[inline(always)]
-fn cut(kind: Coulomb, pair: &Contact, trial: Vec3, slide: Vec3, limit: f64) -> (Vec3, Vec3) {
+fn cut(kind: Coulomb, pair: &Contact, trial: Vec3, slide: Vec3, limit: f64) -> (Vec3, Vec3, bool) {
     match kind {
         Coulomb::SpringThenDashpot => {
             let square = pair.kt * pair.kt * trial.norm_squared();
             if square > limit * limit {
-                (trial * (limit / square.sqrt()), Vec3::zeros())
+                (trial * (limit / square.sqrt()), Vec3::zeros(), true)
             } else {
-                (trial, slide * pair.ct)
+                (trial, slide * pair.ct, false)
             }
         }
         Coulomb::Sum => {
@@ -293,10 +303,14 @@ fn cut(kind: Coulomb, pair: &Contact, trial: Vec3, slide: Vec3, limit: f64) -> (
             let total = trial * pair.kt + dash;
             let square = total.norm_squared();
             if square <= limit * limit {
-                return (trial, dash);
+                return (trial, dash, false);
             }
             let force = total * (limit / square.sqrt());
-            if pair.kt > 0.0 { ((force - dash) / pair.kt, dash) } else { (trial, force) }
+            if pair.kt > 0.0 {
+                ((force - dash) / pair.kt, dash, true)
+            } else {
+                (trial, force, true)
+            }
         }
     }
 }
@@ -320,7 +334,7 @@ pub fn release<const FRICTION: bool, const DAMPING: bool>(
         let spring = book.spring[k];
         tally.slip += 0.5 * pair.kt * spring.dot(&(spring + slide * rule.interval));
         if DAMPING {
-            tally.tangential_dashpot += 0.5 * rule.interval * book.lag[k][1] * slide.norm();
+            tally.tangential_dashpot += rule.interval * mean_power(book.lag[k][1], 0.0);
         }
     }
     book.clear(k);
