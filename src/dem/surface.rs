@@ -230,7 +230,7 @@ mod tests {
         let over = Vec3::new(0.001, -0.02, -0.0007) + normal * 0.0095;
         assert_eq!(acting(&ridge, over), [3]);
         // From the hollow side both faces act.
-        assert_eq!(acting(&ridge, Vec3::new(0.0001, -0.02, -0.0095)), [0, 3]);
+        assert_eq!(acting(&ridge, Vec3::new(-0.001, -0.02, -0.0095)), [0, 3]);
     }
 
     proptest! {
