@@ -82,7 +82,7 @@ pub struct Book {
     pub touching: Vec<bool>,
     /// Tangential springs, m; with friction only.
     pub spring: Vec<Vec3>,
-    /// Non-elastic normal force and size of the tangential dashpot force at the last pass, N; with damping only.
+    /// Non-elastic normal force [N] and power of the tangential dashpot [W] at the last pass; with damping only.
     pub lag: Vec<[f64; 2]>,
     /// Normal of the last pass; with springs that turn with it only.
     pub normal: Vec<Vec3>,
@@ -211,14 +211,15 @@ pub fn respond<const FRICTION: bool, const DAMPING: bool>(
     let closing = -approach.velocity.dot(&approach.normal);
     let elastic = pair.kn * approach.overlap;
     let mut normal = elastic;
+    let old = if DAMPING { book.lag[k] } else { [0.0; 2] };
+    let mut new = [0.0; 2];
     if DAMPING {
         normal += pair.cn * closing;
         if normal < 0.0 && !rule.law.tension {
             normal = 0.0;
         }
-        let loss = normal - elastic;
-        tally.normal_dashpot += 0.5 * rule.interval * closing * (book.lag[k][0] + loss);
-        book.lag[k][0] = loss;
+        new[0] = normal - elastic;
+        tally.normal_dashpot += 0.5 * rule.interval * closing * (old[0] + new[0]);
     }
     let mut tangent = Vec3::zeros();
     if FRICTION {
@@ -229,22 +230,31 @@ pub fn respond<const FRICTION: bool, const DAMPING: bool>(
         if rule.law.history == History::Projected {
             trial -= approach.normal * trial.dot(&approach.normal);
         }
-        let (spring, dash) = cut(rule.law.coulomb, pair, trial, slide, limit);
-        tangent = -(spring * pair.kt + dash);
+        let Cut { spring, dash, force, slips } = cut(rule.law.coulomb, pair, trial, slide, limit);
+        tangent = -force;
         book.spring[k] = spring;
-        let before = trial - slide * rule.interval;
-        if rule.interval > 0.0 {
+        if slips && rule.interval > 0.0 {
+            let before = trial - slide * rule.interval;
             tally.slip += 0.5 * pair.kt * (before + spring).dot(&(trial - spring));
         }
-        if DAMPING && pair.ct > 0.0 {
-            // The dashpot force lies along the sliding velocity, so both sizes need one root.
-            let (speed, power) = (slide.norm(), dash.dot(&slide));
-            let lag = book.lag[k][1];
-            tally.tangential_dashpot += 0.5 * rule.interval * (lag * speed + power);
-            book.lag[k][1] = if speed > 0.0 { power / speed } else { 0.0 };
+        if DAMPING {
+            new[1] = dash.dot(&slide);
+            tally.tangential_dashpot += rule.interval * mean_power(old[1], new[1]);
         }
     }
+    if DAMPING {
+        book.lag[k] = new;
+    }
     Reply { normal, tangent }
+}
+
+/// Mean power of a tangential dashpot between two passes at which it had the
+/// powers `before` and `now`. The forces act on the sliding velocity w between
+/// the passes, ½(c w' + c w)·w = ¼ c w'² + ¾ c w² − ¼ c (w − w')²; the last term
+/// is of second order. A dashpot that was or is off takes half of the other power.
+#[inline(always)]
+fn mean_power(before: f64, now: f64) -> f64 {
+    if before > 0.0 && now > 0.0 { 0.25 * before + 0.75 * now } else { 0.5 * (before + now) }
 }
 
 /// The spring of the last pass, turned with the contact.
@@ -276,29 +286,36 @@ fn carry(rule: &Rule, approach: &Approach, book: &mut BookView<'_>, k: usize) ->
     }
 }
 
-/// Spring and dashpot force after the Coulomb limit.
+/// What the Coulomb limit leaves.
+struct Cut {
+    /// Spring, m.
+    spring: Vec3,
+    /// The dashpot's part of the force, N.
+    dash: Vec3,
+    /// Whole force against the motion, N.
+    force: Vec3,
+    /// Whether anything was cut.
+    slips: bool,
+}
+
+/// Applies the Coulomb limit to a trial spring.
 #[inline(always)]
-fn cut(kind: Coulomb, pair: &Contact, trial: Vec3, slide: Vec3, limit: f64) -> (Vec3, Vec3) {
-    match kind {
-        Coulomb::SpringThenDashpot => {
-            let square = pair.kt * pair.kt * trial.norm_squared();
-            if square > limit * limit {
-                (trial * (limit / square.sqrt()), Vec3::zeros())
-            } else {
-                (trial, slide * pair.ct)
-            }
-        }
-        Coulomb::Sum => {
-            let dash = slide * pair.ct;
-            let total = trial * pair.kt + dash;
-            let square = total.norm_squared();
-            if square <= limit * limit {
-                return (trial, dash);
-            }
-            let force = total * (limit / square.sqrt());
-            if pair.kt > 0.0 { ((force - dash) / pair.kt, dash) } else { (trial, force) }
-        }
+fn cut(kind: Coulomb, pair: &Contact, trial: Vec3, slide: Vec3, limit: f64) -> Cut {
+    let (pull, dash) = (trial * pair.kt, slide * pair.ct);
+    let total = pull + dash;
+    let limited = if kind == Coulomb::Sum { total } else { pull };
+    let square = limited.norm_squared();
+    if square <= limit * limit {
+        return Cut { spring: trial, dash, force: total, slips: false };
     }
+    let part = limit / square.sqrt();
+    let force = limited * part;
+    let (spring, dash) = match kind {
+        Coulomb::SpringThenDashpot => (trial * part, Vec3::zeros()),
+        Coulomb::Sum if pair.kt > 0.0 => ((force - dash) / pair.kt, dash),
+        Coulomb::Sum => (trial, force),
+    };
+    Cut { spring, dash, force, slips: true }
 }
 
 /// Closes entry `k`, which was touching at the last pass and is apart now.
@@ -320,8 +337,104 @@ pub fn release<const FRICTION: bool, const DAMPING: bool>(
         let spring = book.spring[k];
         tally.slip += 0.5 * pair.kt * spring.dot(&(spring + slide * rule.interval));
         if DAMPING {
-            tally.tangential_dashpot += 0.5 * rule.interval * book.lag[k][1] * slide.norm();
+            tally.tangential_dashpot += rule.interval * mean_power(book.lag[k][1], 0.0);
         }
     }
     book.clear(k);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Arm;
+    use proptest::prelude::*;
+
+    fn vector(size: f64) -> impl Strategy<Value = Vec3> {
+        prop::array::uniform3(-size..size).prop_map(Vec3::from)
+    }
+
+    fn laws() -> impl Strategy<Value = Law> {
+        let coulomb = prop_oneof![Just(Coulomb::Sum), Just(Coulomb::SpringThenDashpot)];
+        let history =
+            prop_oneof![Just(History::Projected), Just(History::Rescaled), Just(History::Rotated)];
+        (any::<bool>(), coulomb, history).prop_map(|(tension, coulomb, history)| Law {
+            tension,
+            coulomb,
+            history,
+            plane_arm: Arm::Half,
+        })
+    }
+
+    const KEPT: Kept = Kept { friction: true, damping: true, normals: true };
+
+    proptest! {
+        #[test]
+        fn limits_hold_and_nothing_gives_energy(
+            law in laws(), old in vector(1e-4), velocity in vector(2.0),
+            tilt in vector(1e-3), overlap in 0.0..1e-3f64, friction in 0.0..1.0f64,
+        ) {
+            let pair = Contact { kn: 1e4, kt: 7e3, cn: 2.0, ct: 1.0, friction };
+            let normal = (Vec3::z() + tilt).normalize();
+            let mut book = Book::open(1, KEPT);
+            let flat = Vec3::new(old.x, old.y, 0.0);
+            book.restore(0, Record { spring: flat, lag: [0.0; 2], normal: Vec3::z() });
+            let rule = Rule { law, advance: 1e-6, interval: 1e-6 };
+            let approach = Approach { normal, overlap, velocity, spins: Vec3::zeros() };
+            let mut tally = Tally::default();
+            let reply = respond::<true, true>(&rule, &pair, &approach, &mut book.view(), 0, &mut tally);
+            prop_assert!(law.tension || reply.normal >= 0.0);
+            let limit = friction * reply.normal.abs() * (1.0 + 1e-12);
+            match law.coulomb {
+                Coulomb::Sum => prop_assert!(reply.tangent.norm() <= limit),
+                Coulomb::SpringThenDashpot => {
+                    prop_assert!(pair.kt * book.spring[0].norm() <= limit);
+                }
+            }
+            prop_assert!(reply.tangent.dot(&normal).abs() <= 1e-5 * reply.tangent.norm() + 1e-12);
+            prop_assert!(tally.tangential_dashpot >= 0.0);
+            prop_assert!(tally.normal_dashpot >= 0.0);
+        }
+
+        #[test]
+        fn rescaling_keeps_length_and_plane(old in vector(1e-4), tilt in vector(0.3)) {
+            let law = Law {
+                tension: false,
+                coulomb: Coulomb::Sum,
+                history: History::Rescaled,
+                plane_arm: Arm::Half,
+            };
+            let normal = (Vec3::z() + tilt).normalize();
+            let mut book = Book::open(1, KEPT);
+            let flat = Vec3::new(old.x, old.y, 0.0);
+            prop_assume!(flat.norm() > 1e-8);
+            book.restore(0, Record { spring: flat, ..Record::default() });
+            let rule = Rule { law, advance: 1e-6, interval: 1e-6 };
+            let approach = Approach { normal, overlap: 0.0, velocity: Vec3::zeros(), spins: Vec3::zeros() };
+            let turned = carry(&rule, &approach, &mut book.view(), 0);
+            prop_assert!((turned.norm() / flat.norm() - 1.0).abs() < 1e-12);
+            prop_assert!(turned.dot(&normal).abs() < 1e-12 * flat.norm());
+        }
+
+        #[test]
+        fn a_contact_seen_from_the_other_side_is_the_same(
+            law in laws(), velocity in vector(1.0), overlap in 0.0..1e-3f64,
+        ) {
+            let pair = Contact { kn: 1e4, kt: 7e3, cn: 2.0, ct: 1.0, friction: 0.4 };
+            let rule = Rule { law, advance: 1e-6, interval: 1e-6 };
+            let mut forces = [1.0, -1.0].map(|side| {
+                let mut book = Book::open(1, KEPT);
+                let approach = Approach {
+                    normal: Vec3::x() * side,
+                    overlap,
+                    velocity: velocity * side,
+                    spins: Vec3::zeros(),
+                };
+                let mut tally = Tally::default();
+                let reply = respond::<true, true>(&rule, &pair, &approach, &mut book.view(), 0, &mut tally);
+                (reply.normal, reply.tangent, tally)
+            });
+            forces[1].1 = -forces[1].1;
+            prop_assert_eq!(forces[0], forces[1]);
+        }
+    }
 }

@@ -5,8 +5,11 @@
 //! walls, local damping) are added in two halves, so that a row between them
 //! stands at the time of the pass. The residual of the balance
 //!     K + E + G + D − W − (its value at time 0)
-//! is of second order in the step for smooth motion (E12 of the trapezoid), and
-//! of the order of the scheme where contacts begin and end.
+//! is of second order in the step (each contact force acts as the mean of both
+//! ends of an interval); it tests the book-keeping and the step, not the accuracy
+//! of the motion. A face that hands a sphere to another across a bent mesh edge
+//! drops its spring energy unseen: that residual does not shrink.
+//! Cost: 8 % of a step in a settled bed.
 
 use super::law::Tally;
 use super::setting::{PlaneNow, Setting};

@@ -39,7 +39,8 @@ pub struct Advice {
     /// 0.8 of the limit, and the speed bound; rounded down to two digits.
     pub step: f64,
     /// Largest step that `simulate` accepts, s: the smallest of the network
-    /// (if bodies touch at time 0), packed and damping bounds, and five times the speed bound.
+    /// (if bodies touch at time 0), packed and damping bounds, and half the smallest radius a step at the
+    /// speeds of the start (later speeds are for the guard to watch).
     pub limit: f64,
     /// What governs the recommended step and the limit.
     pub reason: String,
@@ -93,14 +94,15 @@ pub fn advise(model: &Model) -> Advice {
     neighbours::rebuild(&setting, &mut state);
     let network = network_bound(&setting, &state, None).map(|bound| bound.step);
     let packed = packed_bound(&setting);
-    let fastest = fastest(model);
+    let (now, fastest) = speeds(model);
     let smallest = model.spheres.iter().map(|s| s.radius).fold(f64::INFINITY, f64::min);
     let speed = (fastest > 0.0).then(|| 0.1 * smallest / fastest);
+    let start = (now > 0.0).then(|| 0.5 * smallest / now);
     let limits = [
         ("the contacts present at the start", network),
         ("a dense packing", Some(packed)),
         ("the dashpots", pairs.damping),
-        ("half a radius a step at the fastest speed expected", speed.map(|s| 5.0 * s)),
+        ("half the smallest radius a step at the speeds of the start", start),
     ];
     let (limited_by, limit) = least(&limits);
     let choices = [
@@ -190,8 +192,9 @@ impl Pairs {
     }
 }
 
-/// Fastest speed expected: that of the start, a fall through the domain, walls.
-fn fastest(model: &Model) -> f64 {
+/// Fastest speed at the start, walls included, and fastest speed expected: the
+/// same with a fall through the domain.
+fn speeds(model: &Model) -> (f64, f64) {
     let bodies = model
         .bodies
         .iter()
@@ -215,7 +218,7 @@ fn fastest(model: &Model) -> f64 {
             points.into_iter().map(|p| wall.motion.velocity(&p).norm())
         })
         .fold(0.0, f64::max);
-    (bodies * bodies + fall).sqrt() + walls
+    (bodies + walls, (bodies * bodies + fall).sqrt() + walls)
 }
 
 fn static_overlap(model: &Model, stiffness: f64) -> f64 {

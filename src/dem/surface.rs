@@ -176,6 +176,63 @@ mod tests {
         prop::array::uniform3(-1.0..1.0f64).prop_map(Vec3::from)
     }
 
+    /// Triangles of a square mesh wall, and the model that owns them.
+    fn surfaces(slope: f64) -> Surfaces {
+        use crate::dem::test_scenes as scenes;
+        use crate::model::{Motion, Scheme};
+        let mut model = scenes::empty(Scheme::Leapfrog, scenes::contact(0.0, 0.0, 0.0, 0.0));
+        scenes::add_sheet(&mut model, 2, 0.1, 0.0, slope, Motion::Still);
+        Surfaces::new(&model)
+    }
+
+    /// Indices of the triangles that act on a sphere of radius 0.01 at `place`.
+    fn acting(surfaces: &Surfaces, place: Vec3) -> Vec<usize> {
+        let mut met: Vec<u32> = Vec::new();
+        for (index, corners) in surfaces.start.iter().enumerate() {
+            let (point, feature) = closest(&place, corners);
+            let again = feature == Feature::Face
+                && met.iter().any(|other| surfaces.coplanar(index as u32, *other));
+            if (point - place).norm() <= 0.01 && surfaces.acts(index, feature) && !again {
+                met.push(index as u32);
+            }
+        }
+        met.into_iter().map(|index| index as usize).collect()
+    }
+
+    #[test]
+    fn flat_mesh_acts_as_one_surface() {
+        let flat = surfaces(0.0);
+        // On a diagonal, on an inner edge, on the inner corner, over a face, all from both sides.
+        for (x, y) in [(-0.05, -0.05), (0.0, -0.05), (0.0, 0.0), (0.03, 0.08), (-0.0001, 0.0002)] {
+            for side in [1.0, -1.0] {
+                assert_eq!(
+                    acting(&flat, Vec3::new(x, y, 0.0095 * side)).len(),
+                    1,
+                    "{x} {y} {side}"
+                );
+            }
+        }
+        // Beyond the border: its edge, or its corner, once.
+        assert_eq!(acting(&flat, Vec3::new(-0.103, -0.05, 0.0088)).len(), 1);
+        assert_eq!(acting(&flat, Vec3::new(0.103, 0.103, 0.0088)).len(), 1);
+    }
+
+    #[test]
+    fn bent_edge_acts_as_in_liggghts() {
+        // Fold along x = 0, shared by triangle 0 on its left and 3 on its right for y < 0.
+        let ridge = surfaces(0.7);
+        let normal = Vec3::new(0.7, 0.0, 1.0).normalize();
+        // Above the fold: one edge, of the triangle of highest index that shares it.
+        assert_eq!(acting(&ridge, Vec3::new(0.0001, -0.02, 0.0095)), [3]);
+        // Over the face of lower index near the fold the other's edge acts as well ...
+        assert_eq!(acting(&ridge, Vec3::new(-0.001, -0.02, 0.0095)), [0, 3]);
+        // ... over the face of higher index only that face.
+        let over = Vec3::new(0.001, -0.02, -0.0007) + normal * 0.0095;
+        assert_eq!(acting(&ridge, over), [3]);
+        // From the hollow side both faces act.
+        assert_eq!(acting(&ridge, Vec3::new(-0.001, -0.02, -0.0095)), [0, 3]);
+    }
+
     proptest! {
         #[test]
         fn closest_is_closest(p in point(), a in point(), b in point(), c in point()) {
