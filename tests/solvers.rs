@@ -228,6 +228,24 @@ fn clumps_weigh_what_the_model_says() {
     }
 }
 
+/// The centre of mass lies outside the hull of the sphere centres: no masses of
+/// the spheres balance, yet velocity and spin must start right.
+#[test]
+fn clumps_out_of_balance_start_right_and_fly_straight() {
+    let mut model = model(Dimension::Three, CONTACT);
+    let (velocity, spin) = (Vec3::new(1.0, 2.0, 3.0), Vec3::new(300.0, -150.0, 450.0));
+    let inertia = Vec3::new(1.1e-11, 1.4e-11, 1.9e-11);
+    add_clump(&mut model, Vec3::zeros(), velocity, spin, inertia);
+    model.spheres.iter_mut().for_each(|sphere| sphere.offset.x += 3e-3);
+    let liggghts = solver::all()[0];
+    let Some(run) = finished(liggghts, &model) else { return };
+    let start = run.frames[0].bodies[0];
+    assert!((start.spin - spin).norm() < 1e-10 * spin.norm(), "{start:?}");
+    assert!((start.velocity - velocity).norm() < 1e-12, "{start:?}");
+    let end = last_state(&run);
+    assert!((end.position - velocity * model.plan.duration()).norm() < 1e-14, "{end:?}");
+}
+
 #[test]
 fn contacts_come_back_with_their_forces() {
     let mut model = model(Dimension::Three, Contact { cn: 0.0, ..CONTACT });

@@ -52,6 +52,13 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
             ));
         }
     }
+    if needs.clumps && !needs.discs {
+        // angVel = q w with q before it is normalised: under a torque |q|² − 1 is about
+        // Δw·w Δt²/4, and what it does depends on the body axes, whose signs YADE chooses.
+        limits.push(Limit::differs(
+            "under a torque the angular velocity of clumps depends on the signs of the principal axes that YADE chooses, by some 1e-10 to 1e-8 of itself",
+        ));
+    }
     if needs.tangential_damping {
         limits.push(Limit::differs(
             "tangential contact forces that are written are those of the springs, without dashpots",
