@@ -116,7 +116,7 @@ pub fn run(model: &Model, job: &Job) -> Result<Run, DemError> {
     let mut kept = Kept::default();
     let summary = simulate(model, None, job, &mut kept)?;
     Ok(Run {
-        solver: format!("riprap ({})", model.plan.scheme.key()),
+        solver: format!("riprap {} ({})", crate::VERSION, model.plan.scheme.key()),
         outcome: summary.outcome,
         frames: kept.frames,
         touches: Some(summary.touches),

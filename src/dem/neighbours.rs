@@ -29,6 +29,8 @@ pub fn rebuild(setting: &Setting<'_>, state: &mut State) {
     let memory = Memory::of(state);
     let grid = Grid::new(&state.balls, &state.order, setting.skin);
     permute(state, &grid);
+    // What touches is in `memory`: the old lists go before the new ones come.
+    (state.pairs, state.planes, state.faces) = Default::default();
     state.pairs = pairs(setting, state, &grid, &memory.pairs);
     state.planes = planes(setting, state, time, &memory.planes);
     state.faces = faces(setting, state, time, &memory.faces);

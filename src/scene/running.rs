@@ -7,10 +7,11 @@ use super::store::{self, Running};
 use crate::dem::{self, Observer};
 use crate::format::{self, FormatError, atomic, particles::Particles};
 use crate::model::{Frame, Model, Outcome, Run, SeriesRow};
+use crate::num::clock::{peak_bytes, resident_bytes};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::fs::File;
-use std::io::{BufReader, BufWriter, Read, Seek, Write};
+use std::io::{BufRead, BufReader, BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
 
 const FRAMES: &str = "run/frames.bin";
@@ -28,7 +29,6 @@ struct Saved {
 /// Frames go to disk as they come, rows stay here until the end.
 struct Recorder {
     frames: BufWriter<File>,
-    frames_bytes: u64,
     rows: Vec<SeriesRow>,
     key: String,
     checkpoint: PathBuf,
@@ -46,11 +46,7 @@ impl Recorder {
 impl Observer for Recorder {
     fn frame(&mut self, frame: &Frame) {
         self.attempt(|me| {
-            let bytes = postcard::to_stdvec(frame).map_err(std::io::Error::other)?;
-            me.frames.write_all(&(bytes.len() as u64).to_le_bytes())?;
-            me.frames.write_all(&bytes)?;
-            me.frames_bytes += 8 + bytes.len() as u64;
-            Ok(())
+            postcard::to_io(frame, &mut me.frames).map(drop).map_err(std::io::Error::other)
         });
     }
 
@@ -60,10 +56,9 @@ impl Observer for Recorder {
 
     fn checkpoint(&mut self, state: &[u8]) {
         self.attempt(|me| {
-            me.frames.flush()?;
             let saved = Saved {
                 key: me.key.clone(),
-                frames_bytes: me.frames_bytes,
+                frames_bytes: me.frames.stream_position()?,
                 rows: me.rows.clone(),
                 state: state.to_vec(),
             };
@@ -106,18 +101,21 @@ impl Road {
         let saved = if resume { self.saved(key) } else { None };
         let mut running = self.store.begin("run", key)?;
         let frames_path = self.store.prepare(&mut running, FRAMES)?;
-        let (frames, frames_bytes) = open_frames(&frames_path, saved.as_ref())
+        let frames = open_frames(&frames_path, saved.as_ref())
             .map_err(|source| FormatError::io(&frames_path, "write", source))?;
         let mut recorder = Recorder {
             frames: BufWriter::new(frames),
-            frames_bytes,
             rows: saved.as_ref().map(|s| s.rows.clone()).unwrap_or_default(),
             key: key.to_owned(),
             checkpoint: self.store.path(CHECKPOINT),
             failure: None,
         };
         let state = saved.as_ref().map(|saved| saved.state.as_slice());
+        let before = resident_bytes();
         let summary = dem::simulate(model, state, &self.job, &mut recorder)?;
+        if let (Some(before), Some(peak)) = (before, peak_bytes()) {
+            running.count("dem_bytes", peak.saturating_sub(before) as usize);
+        }
         let flushed = recorder.frames.flush();
         if let Some(failure) = recorder.failure.or(flushed.err()) {
             return Err(FormatError::io(&frames_path, "write", failure).into());
@@ -183,15 +181,15 @@ impl Road {
 }
 
 /// Opens the file of frames: empty, or cut back to what it held at the checkpoint.
-fn open_frames(path: &Path, saved: Option<&Saved>) -> std::io::Result<(File, u64)> {
+fn open_frames(path: &Path, saved: Option<&Saved>) -> std::io::Result<File> {
     match saved {
         Some(saved) => {
             let mut file = File::options().read(true).write(true).open(path)?;
             file.set_len(saved.frames_bytes)?;
             file.seek(std::io::SeekFrom::End(0))?;
-            Ok((file, saved.frames_bytes))
+            Ok(file)
         }
-        None => Ok((File::create(path)?, 0)),
+        None => File::create(path),
     }
 }
 
@@ -208,14 +206,13 @@ impl Frames {
     }
 
     fn read(&mut self) -> std::io::Result<Option<Frame>> {
-        let mut length = [0; 8];
-        match self.file.read_exact(&mut length) {
-            Err(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => return Ok(None),
-            other => other?,
+        if self.file.fill_buf()?.is_empty() {
+            return Ok(None);
         }
-        let mut bytes = vec![0; u64::from_le_bytes(length) as usize];
-        self.file.read_exact(&mut bytes)?;
-        postcard::from_bytes(&bytes).map(Some).map_err(std::io::Error::other)
+        // Frames hold no borrowed data: the scratch space only has to hold one number.
+        let mut scratch = [0; 64];
+        let read = postcard::from_io((&mut self.file, &mut scratch[..]));
+        read.map(|(frame, _)| Some(frame)).map_err(std::io::Error::other)
     }
 }
 
