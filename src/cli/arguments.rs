@@ -177,7 +177,7 @@ pub struct Export {
     /// Solvers to write decks for, separated by commas.
     #[arg(long, value_name = "SOLVERS", value_delimiter = ',', default_value = "liggghts,yade")]
     pub to: Vec<String>,
-    /// MPI ranks (LIGGGHTS) or threads (YADE) in the run script.
+    /// MPI ranks in the run script of LIGGGHTS. YADE runs on one thread: with more its last digits vary.
     #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u16).range(1..))]
     pub ranks: u16,
 }

@@ -27,7 +27,7 @@ pub fn export(arguments: &Export, screen: &Screen) -> Result<(), Ending> {
             )));
         }
         for limit in &limits {
-            screen.warn(&format!("{}: {}", solver.name(), limit.what));
+            screen.say(&format!("note: {}: {}", solver.name(), limit.what));
         }
         let deck = road.export(solver, &built.model, &options)?;
         text.push_str(&format!("{}\n", deck.folder.join("run.sh").display()));

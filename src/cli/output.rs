@@ -68,18 +68,33 @@ macro_rules! is_input {
     )*};
 }
 
-is_input!(SceneError, FormatError, DemError, ShapeError, ClumpError, GeometryError, ReportError);
+is_input!(SceneError, FormatError, DemError, ShapeError, GeometryError, ReportError);
+
+impl From<ClumpError> for Ending {
+    fn from(error: ClumpError) -> Self {
+        match error {
+            ClumpError::NotReached { .. } => Self::Work(error.to_string()),
+            ClumpError::Cancelled => Self::Cancelled(error.to_string()),
+            _ => Self::Input(error.to_string()),
+        }
+    }
+}
 
 impl From<SolverError> for Ending {
     fn from(error: SolverError) -> Self {
-        Self::Solver(error.to_string())
+        match error {
+            SolverError::Refused { .. } | SolverError::NotFinite { .. } => {
+                Self::Work(error.to_string())
+            }
+            SolverError::Io { .. } | SolverError::Options(_) => Self::Input(error.to_string()),
+            _ => Self::Solver(error.to_string()),
+        }
     }
 }
 
 /// Where verbs print.
 pub struct Screen {
     quiet: bool,
-    verbose: bool,
     json: bool,
     colour: bool,
     job: Job,
@@ -123,15 +138,7 @@ impl Screen {
             verbose: arguments.verbose,
         });
         let job = Job::new(threads, Arc::clone(&bar) as _, Arc::clone(&cancelled));
-        Ok(Self {
-            quiet: arguments.quiet,
-            verbose: arguments.verbose,
-            json: arguments.json,
-            colour,
-            job,
-            bar,
-            cancelled,
-        })
+        Ok(Self { quiet: arguments.quiet, json: arguments.json, colour, job, bar, cancelled })
     }
 
     /// Surroundings for long work.
@@ -142,11 +149,6 @@ impl Screen {
     /// True if results are wanted as JSON.
     pub fn wants_json(&self) -> bool {
         self.json
-    }
-
-    /// True if the user wants to know more.
-    pub fn is_verbose(&self) -> bool {
-        self.verbose
     }
 
     /// A message on standard error, unless quiet.

@@ -15,7 +15,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// First line of the table of spheres: body frame, metres.
-pub const HEADER: &str = "x [m],y [m],z [m],r [m]";
+pub const HEADER: &str = "x,y,z,r";
 
 /// Name of the file that describes all clumps of a folder.
 pub const INDEX: &str = "clumps.json";
@@ -198,11 +198,11 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("bad.csv");
         for (text, line) in [
+            ("x,y,z\n", 1),
+            ("x,y,z,r\n0,0,0,1\n0,0,nan,1\n", 3),
+            ("x,y,z,r\n0,0,0,-1\n", 2),
+            ("x,y,z,r\n0,0,0,1,5\n", 2),
             ("x,y,z,r\n", 1),
-            ("x [m],y [m],z [m],r [m]\n0,0,0,1\n0,0,nan,1\n", 3),
-            ("x [m],y [m],z [m],r [m]\n0,0,0,-1\n", 2),
-            ("x [m],y [m],z [m],r [m]\n0,0,0,1,5\n", 2),
-            ("x [m],y [m],z [m],r [m]\n", 1),
         ] {
             fs::write(&path, text).expect("written");
             match read(&path) {

@@ -22,9 +22,8 @@ pub fn write(
     compared: Option<&Compared>,
 ) -> Result<(), RoadError> {
     let title = serde_json::Value::from(road.loaded.scene.title.as_str());
-    let key_of = |verb: &str| {
-        key(&road.run_key(packed), &[title.clone(), verb.into()], road.loaded.base())
-    };
+    let key_of =
+        |verb: &str| key(&road.run_key(packed), &[title.clone(), verb.into()], road.loaded.base());
     let verb = if compared.is_some() { "compare" } else { "run" };
     let known = ["run", "compare"].map(key_of);
     if verb == "run" && known.iter().any(|key| road.store.is_done("report", key)) {

@@ -10,8 +10,8 @@ use crate::clump::{self, Clump, ClumpError};
 use crate::format::{self, FormatError};
 use crate::num::{Fault, Job};
 use crate::pack::Packing;
-use crate::shape::{Shape, Solid};
 use crate::shape::descriptors::describe;
+use crate::shape::{Shape, Solid};
 use crate::solver::SolverError;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -111,7 +111,10 @@ impl Road {
         RoadError::Scene(self.loaded.wrong(&[fault]))
     }
 
-    pub(super) fn parameters(&self, of: &dyn Fn(&super::Scene) -> serde_json::Value) -> serde_json::Value {
+    pub(super) fn parameters(
+        &self,
+        of: &dyn Fn(&super::Scene) -> serde_json::Value,
+    ) -> serde_json::Value {
         of(&self.loaded.scene)
     }
 

@@ -160,8 +160,9 @@ impl Road {
         };
         let saved = postcard::from_bytes(&bytes).ok().filter(|saved: &Saved| saved.key == key);
         if saved.is_none() {
-            self.remarks
-                .push("the checkpoint belongs to other inputs; started from the packing".to_owned());
+            self.remarks.push(
+                "the checkpoint belongs to other inputs; started from the packing".to_owned(),
+            );
         }
         saved
     }
@@ -242,6 +243,7 @@ impl Iterator for Frames {
 /// A frame as a table of spheres.
 pub fn particles(model: &Model, frame: &Frame) -> Particles {
     Particles {
+        ids: Some((0..model.spheres.len() as u64).collect()),
         bodies: Some(model.spheres.iter().map(|sphere| u64::from(sphere.body)).collect()),
         materials: Some(
             model

@@ -75,8 +75,7 @@ impl Shipped {
 }
 
 fn make_folder(path: &Path) -> Result<(), ShapeError> {
-    std::fs::create_dir_all(path)
-        .map_err(|source| FormatError::io(path, "write", source).into())
+    std::fs::create_dir_all(path).map_err(|source| FormatError::io(path, "write", source).into())
 }
 
 /// Writes the sample grains that `own-grains` starts with into `folder`.

@@ -30,7 +30,7 @@ impl Solver for Liggghts {
     fn find(&self) -> Option<Installation> {
         let program = process::program(VARIABLE, PROGRAM)?;
         let version = process::says(&program, &["-log", "none", "-h"], "Version ")?;
-        let version = version.split([',', ' ']).next().unwrap_or_default().to_owned();
+        let version = version.split(',').next().unwrap_or_default().to_owned();
         Some(Installation { program, version })
     }
 
