@@ -180,6 +180,23 @@ pub struct Export {
     /// MPI ranks in the run script of LIGGGHTS. YADE runs on one thread: with more its last digits vary.
     #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u16).range(1..))]
     pub ranks: u16,
+    /// Processor grid of LIGGGHTS, for example 2,2,1; its product is the number of ranks
+    /// (default: LIGGGHTS chooses).
+    #[arg(long, value_name = "X,Y,Z", value_parser = grid)]
+    pub processors: Option<[usize; 3]>,
+    /// Write a batch-queue script (job.slurm) too.
+    #[arg(long)]
+    pub queue: bool,
+}
+
+/// Three counts separated by commas.
+fn grid(text: &str) -> Result<[usize; 3], String> {
+    let counts: Result<Vec<usize>, _> = text.split(',').map(|part| part.trim().parse()).collect();
+    counts
+        .ok()
+        .and_then(|counts| <[usize; 3]>::try_from(counts).ok())
+        .filter(|counts| counts.iter().all(|count| *count > 0))
+        .ok_or_else(|| "three whole numbers greater than 0, for example 2,2,1".to_owned())
 }
 
 /// `riprap compare`.

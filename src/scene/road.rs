@@ -65,6 +65,16 @@ pub struct Road {
     pub remarks: Vec<String>,
 }
 
+/// True shapes of a scene.
+pub struct Shapes {
+    /// Distinct grains: what each is drawn from.
+    pub draws: Vec<Draw>,
+    /// For each of them its shape; `None` for spheres and discs.
+    pub solids: Vec<Option<Solid>>,
+    /// Key of the stage, for those that build on it.
+    pub key: String,
+}
+
 /// Grains of a scene.
 pub struct Grains {
     /// Distinct grains.
@@ -140,7 +150,7 @@ impl Road {
     ///
     /// # Errors
     /// A shape that cannot be made; a folder that cannot be written.
-    pub fn solids(&mut self) -> Result<(Vec<Draw>, Vec<Option<Solid>>, String), RoadError> {
+    pub fn solids(&mut self) -> Result<Shapes, RoadError> {
         let draws = grains::draws(&self.loaded);
         let families = self.parameters(&|scene| {
             let part = |f: &super::parameters::Family| {
@@ -155,7 +165,7 @@ impl Road {
             self.unchanged("shapes", "shapes");
         }
         let solids = self.read_solids(&draws)?;
-        Ok((draws, solids, key))
+        Ok(Shapes { draws, solids, key })
     }
 
     fn generate(&mut self, draws: &[Draw], key: &str) -> Result<(), RoadError> {
@@ -236,7 +246,7 @@ impl Road {
     /// # Errors
     /// A clump that cannot be made; a folder that cannot be written.
     pub fn grains(&mut self) -> Result<Grains, RoadError> {
-        let (draws, solids, upstream) = self.solids()?;
+        let Shapes { draws, solids, key: upstream } = self.solids()?;
         let methods = self.parameters(&|scene| {
             scene.grains.iter().map(|family| json!([family.clump, family.mass])).collect()
         });

@@ -63,6 +63,15 @@ fn decks_hold_what_check_says_and_nothing_that_is_left_out() {
         assert!(stages["stages"]["export yade"]["files"].as_array().is_some_and(|f| f.len() >= 3));
     }
     assert_eq!(bench.call(&["export", "balls.toml", "--to", "edem"]).code, 2);
+
+    let grid = ["--processors", "2,2,1", "--queue"];
+    let call = |ranks| [&["export", "clumps.toml", "--ranks", ranks], &grid[..]].concat();
+    bench.ok(&call("4"));
+    let deck = code(&bench.read("clumps.out/decks/liggghts/in.liggghts"));
+    assert!(deck.contains("processors 2 2 1"), "{deck}");
+    assert!(bench.read("clumps.out/decks/liggghts/job.slurm").contains("--ntasks=4"));
+    assert!(bench.path("clumps.out/decks/yade/job.slurm").exists());
+    assert_eq!(bench.call(&call("3")).code, 2, "2 x 2 x 1 does not make 3 ranks");
 }
 
 /// The run scripts can be started; LIGGGHTS with two ranks, YADE with its one thread.

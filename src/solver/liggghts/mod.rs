@@ -38,6 +38,10 @@ impl Solver for Liggghts {
         "On Debian and Ubuntu: apt install liggghts. Or build LIGGGHTS-PUBLIC 3.8.0 and set RIPRAP_LIGGGHTS to the program."
     }
 
+    fn takes_ranks(&self) -> bool {
+        true
+    }
+
     fn limits(&self, model: &Model) -> Vec<Limit> {
         limits::of(model)
     }
