@@ -83,7 +83,8 @@ fn fields(schema: &Value, place: &str, bare: &mut Vec<String>, names: &mut Vec<S
             names.push(name.clone());
             // A method's key is described beside it, as the choice that it is.
             let choice = properties.len() == 1 && schema["description"].is_string();
-            if !choice && !field["description"].as_str().is_some_and(|text| text.len() > 3) {
+            let said = field["description"].as_str().unwrap_or_default();
+            if !choice && said.len() < 4 {
                 bare.push(format!("{place}.{name}"));
             }
         }

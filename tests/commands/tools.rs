@@ -26,9 +26,9 @@ fn measures_meshes_tables_and_dumps() {
     let diameter = measures(0)["volume_diameter"].as_f64().expect("a diameter");
     let exact = (0.02_f64 * 0.015 * 0.01).cbrt();
     assert!((diameter / exact - 1.0).abs() < 0.02, "{diameter} {exact}");
-    for row in 1..4 {
-        assert_eq!(measures(row)["spheres"], 2, "{}", files[row]);
-        assert_eq!(measures(row)["largest_radius"], 0.005, "{}", files[row]);
+    for (row, file) in files.iter().enumerate().skip(1) {
+        assert_eq!(measures(row)["spheres"], 2, "{file}");
+        assert_eq!(measures(row)["largest_radius"], 0.005, "{file}");
     }
     assert_eq!(measures(1)["low"], measures(3)["low"], "the dump has the same places");
     assert!(measures(1)["fastest"].as_f64().is_some_and(|v| v > 0.1 && v < 0.6), "{rows}");
