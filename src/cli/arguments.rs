@@ -34,7 +34,7 @@ pub struct Arguments {
     #[arg(long, global = true)]
     pub json: bool,
     /// Threads to use (default: all cores). Results do not depend on it.
-    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
     /// Colours in messages; NO_COLOR is heeded.
     #[arg(long, global = true, value_name = "WHEN", default_value = "auto")]
@@ -177,9 +177,26 @@ pub struct Export {
     /// Solvers to write decks for, separated by commas.
     #[arg(long, value_name = "SOLVERS", value_delimiter = ',', default_value = "liggghts,yade")]
     pub to: Vec<String>,
-    /// MPI ranks (LIGGGHTS) or threads (YADE) in the run script.
+    /// MPI ranks in the run script of LIGGGHTS. YADE runs on one thread: with more its last digits vary.
     #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u16).range(1..))]
     pub ranks: u16,
+    /// Processor grid of LIGGGHTS, for example 2,2,1; its product is the number of ranks
+    /// (default: LIGGGHTS chooses).
+    #[arg(long, value_name = "X,Y,Z", value_parser = grid)]
+    pub processors: Option<[usize; 3]>,
+    /// Write a batch-queue script (job.slurm) too.
+    #[arg(long)]
+    pub queue: bool,
+}
+
+/// Three counts separated by commas.
+fn grid(text: &str) -> Result<[usize; 3], String> {
+    let counts: Result<Vec<usize>, _> = text.split(',').map(|part| part.trim().parse()).collect();
+    counts
+        .ok()
+        .and_then(|counts| <[usize; 3]>::try_from(counts).ok())
+        .filter(|counts| counts.iter().all(|count| *count > 0))
+        .ok_or_else(|| "three whole numbers greater than 0, for example 2,2,1".to_owned())
 }
 
 /// `riprap compare`.

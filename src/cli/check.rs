@@ -36,10 +36,7 @@ fn text(v: &Verdict) -> String {
             v.advice.impact_overlap * 100.0
         ),
     );
-    line(
-        "forecast",
-        format!("{:.1} MB, about {} on one thread", v.memory / 1e6, duration(v.seconds)),
-    );
+    line("forecast", format!("{}, about {} on one thread", memory(v.memory), duration(v.seconds)));
     line("needs", v.needs.join(", "));
     line("left out", v.left_out.join(", "));
     for note in &v.solvers {
@@ -53,6 +50,14 @@ fn range([first, second]: [f64; 2]) -> String {
         return format!("{first:.3}");
     }
     format!("{first:.3} (lightest pair) to {second:.3} (heaviest)")
+}
+
+fn memory(bytes: f64) -> String {
+    match bytes {
+        b if b < 1e6 => format!("{:.0} kB", (b / 1e3).ceil()),
+        b if b < 1e9 => format!("{:.1} MB", b / 1e6),
+        b => format!("{:.1} GB", b / 1e9),
+    }
 }
 
 fn duration(seconds: f64) -> String {

@@ -2,7 +2,6 @@
 
 use super::arguments::Demo;
 use super::compare::{chosen, conclude};
-use super::new::write;
 use super::{Ending, Screen};
 use crate::scene::road::Road;
 use crate::scene::shipped::find;
@@ -16,7 +15,7 @@ pub fn demo(arguments: &Demo, screen: &Screen) -> Result<(), Ending> {
             let message = "exists and is another scene; choose another folder with -o";
             return Err(Ending::Input(format!("{} {message}", path.display())));
         }
-        Err(_) => write(scene, &arguments.output)?,
+        Err(_) => scene.copy_to(&arguments.output)?,
     };
     let solvers = chosen(&[], screen)?;
     let mut road = Road::open(&path, None, screen.job())?;

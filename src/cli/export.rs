@@ -11,10 +11,6 @@ pub fn export(arguments: &Export, screen: &Screen) -> Result<(), Ending> {
     let scene = &arguments.scene;
     let mut road = Road::open(&scene.scene, scene.output.as_deref(), screen.job())?;
     let (_, built) = road.built()?;
-    let options = solver::DeckOptions {
-        ranks: usize::from(arguments.ranks),
-        ..solver::DeckOptions::default()
-    };
     let mut text = String::new();
     let mut written = Vec::new();
     for solver in solvers {
@@ -27,14 +23,28 @@ pub fn export(arguments: &Export, screen: &Screen) -> Result<(), Ending> {
             )));
         }
         for limit in &limits {
-            screen.warn(&format!("{}: {}", solver.name(), limit.what));
+            screen.say(&format!("note: {}: {}", solver.name(), limit.what));
         }
+        let options = options(arguments, solver, screen);
         let deck = road.export(solver, &built.model, &options)?;
         text.push_str(&format!("{}\n", deck.folder.join("run.sh").display()));
         let notes: Vec<&str> = limits.iter().map(|limit| limit.what.as_str()).collect();
         written.push(json!({ "solver": solver.key(), "folder": deck.folder, "notes": notes }));
     }
     screen.result(&written, &text)
+}
+
+/// Ranks and processor grid for solvers that take them, one rank for the others.
+fn options(arguments: &Export, solver: &dyn Solver, screen: &Screen) -> solver::DeckOptions {
+    let one = solver::DeckOptions { queue_script: arguments.queue, ..Default::default() };
+    if solver.takes_ranks() {
+        let ranks = usize::from(arguments.ranks);
+        return solver::DeckOptions { ranks, processors: arguments.processors, ..one };
+    }
+    if arguments.ranks > 1 {
+        screen.say(&format!("note: {}: the deck runs on one rank", solver.name()));
+    }
+    one
 }
 
 /// The solvers with these keys.

@@ -9,7 +9,8 @@ use serde_json::json;
 
 pub fn generate(arguments: &SceneOnly, screen: &Screen) -> Result<(), Ending> {
     let mut road = Road::open(&arguments.scene, arguments.output.as_deref(), screen.job())?;
-    let (_, solids, _) = road.solids()?;
+    let solids = road.solids()?.solids;
+    screen.remarks(&mut road);
     let rows: Vec<(String, Descriptors)> = solids
         .iter()
         .flatten()

@@ -15,6 +15,7 @@ struct Line {
     id: String,
     summary: String,
     source: String,
+    example: &'static str,
 }
 
 pub fn list(arguments: &List, screen: &Screen) -> Result<(), Ending> {
@@ -50,6 +51,7 @@ fn lines(kind: Kind) -> Vec<Line> {
                 id: String::new(),
                 summary: scene.summary.to_owned(),
                 source: String::new(),
+                example: "",
             })
             .collect(),
         Kind::Shapes => entries("shape", shape::METHODS),
@@ -69,6 +71,7 @@ fn lines(kind: Kind) -> Vec<Line> {
                     id: String::new(),
                     summary: format!("{}: {found}", solver.name()),
                     source: String::new(),
+                    example: "",
                 }
             })
             .collect(),
@@ -80,6 +83,7 @@ fn lines(kind: Kind) -> Vec<Line> {
                 id: String::new(),
                 summary: format.about.to_owned(),
                 source: String::new(),
+                example: "",
             })
             .collect(),
     }
@@ -94,8 +98,33 @@ fn entries(kind: &'static str, methods: &[MethodEntry]) -> Vec<Line> {
             id: entry.id.to_owned(),
             summary: entry.summary.to_owned(),
             source: entry.source.to_owned(),
+            example: example(kind, entry),
         })
         .collect()
+}
+
+/// What to write in a scene file.
+fn example(kind: &str, entry: &MethodEntry) -> &'static str {
+    match (kind, entry.key, entry.id) {
+        ("shape", "sphere", _) => r#"shape = "sphere""#,
+        ("shape", "union", "G2") => r#"shape.union = { family = "sharp", solids = [2, 4] }"#,
+        ("shape", "union", _) => r#"shape.union = { solids = [2, 5] }"#,
+        ("shape", "files", _) => r#"shape.files = { folder = "grains" }"#,
+        ("clump", "nodes", _) => r#"clump.nodes = { across = 10 }"#,
+        ("clump", "normals", _) => r#"clump.normals = { spheres = 20 }"#,
+        ("packing", "random", _) => r#"packing.random = { tries = 2000 }"#,
+        ("packing", "array", _) => r#"packing.array = { pattern = "staggered", gap = "1 mm" }"#,
+        ("packing", "placed", _) => {
+            r#"packing.placed = { bodies = [{ family = "ball", position = [0.0, 0.0, "2 cm"] }] }"#
+        }
+        ("contact", "leapfrog", _) => r#"plan.scheme = "leapfrog""#,
+        ("contact", "liggghts", _) => r#"plan.scheme = "liggghts""#,
+        ("contact", "yade", _) => r#"plan.scheme = "yade""#,
+        ("contact", "linear", _) => {
+            r#"contact = { kn = "10 kN/m", restitution = 0.5, friction = 0.5 }"#
+        }
+        _ => "",
+    }
 }
 
 fn table(lines: &[Line]) -> String {
@@ -115,6 +144,55 @@ fn table(lines: &[Line]) -> String {
         if !line.source.is_empty() {
             text.push_str(&format!("  {:width$}  {}\n", "", line.source));
         }
+        if !line.example.is_empty() {
+            text.push_str(&format!("  {:width$}  {}\n", "", line.example));
+        }
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Loaded;
+    use std::path::Path;
+
+    /// A scene with the line `example` in its place.
+    fn scene_with(example: &str) -> String {
+        let or = |start: &str, usual: &str| {
+            if example.starts_with(start) { example.to_owned() } else { usual.to_owned() }
+        };
+        let clump = if example.contains("sphere\"") || example.starts_with("clump") {
+            ""
+        } else {
+            "clump.normals = {}"
+        };
+        format!(
+            "title = \"x\"\n{}\n{}\n[[grains]]\nname = \"ball\"\ncount = 2\nsize = 0.01\n{}\n{}\n{clump}\n\
+             [materials.glass]\ndensity = 2500.0\n[container]\nshape.box = {{ size = [1, 1, 1] }}\n\
+             [plan]\nduration = 1.0\n{}\n",
+            or("packing", "packing.random = {}"),
+            or("contact", "contact = { kn = 1000.0 }"),
+            or("shape", "shape.union = {}"),
+            if example.starts_with("clump") { example } else { "" },
+            if example.starts_with("plan") { &example["plan.".len()..] } else { "" },
+        )
+    }
+
+    #[test]
+    fn every_method_has_an_example_that_a_scene_takes() {
+        for line in
+            [Kind::Shapes, Kind::Clumps, Kind::Packings, Kind::Contacts].map(lines).iter().flatten()
+        {
+            assert!(!line.example.is_empty(), "{line:?}");
+            assert!(line.example.contains(&line.key) || line.key == "linear", "{line:?}");
+            let text = scene_with(line.example);
+            let read = Loaded::parse(Path::new("example.toml"), text);
+            assert!(
+                read.is_ok(),
+                "{line:?}\n{}",
+                read.err().map(|e| e.to_string()).unwrap_or_default()
+            );
+        }
+    }
 }

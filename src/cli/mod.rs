@@ -54,12 +54,12 @@ fn act(verb: Verb, screen: &Screen) -> Result<(), Ending> {
         Verb::Completions { shell } => {
             let mut text = Vec::new();
             clap_complete::generate(shell, &mut Arguments::command(), "riprap", &mut text);
-            screen.raw(&text)
+            screen.script("completions", &text)
         }
         Verb::Man => {
             let mut text = Vec::new();
             clap_mangen::Man::new(Arguments::command()).render(&mut text).map_err(Ending::from)?;
-            screen.raw(&text)
+            screen.script("man", &text)
         }
     }
 }

@@ -2,11 +2,9 @@
 
 use super::arguments::New;
 use super::{Ending, Screen};
-use crate::format::atomic;
-use crate::scene::shipped::{SCENES, Shipped, find, write_sample_grains};
+use crate::scene::shipped::{SCENES, find};
 use serde_json::json;
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 pub fn new(arguments: &New, screen: &Screen) -> Result<(), Ending> {
     let scene = find(&arguments.scene).ok_or_else(|| {
@@ -25,23 +23,7 @@ pub fn new(arguments: &New, screen: &Screen) -> Result<(), Ending> {
             path.display()
         )));
     }
-    write(scene, &folder)?;
+    scene.copy_to(&folder)?;
     let text = format!("{}\nnext: riprap check {}\n", path.display(), path.display());
     screen.result(&json!({ "scene": path }), &text)
-}
-
-/// Writes a built-in scene and what it needs into `folder`.
-pub fn write(scene: &Shipped, folder: &Path) -> Result<PathBuf, Ending> {
-    let unwritable = |error: std::io::Error| {
-        Ending::Input(format!("cannot write {}: {error}", folder.display()))
-    };
-    std::fs::create_dir_all(folder).map_err(unwritable)?;
-    if scene.name == "own-grains" {
-        let grains = folder.join("grains");
-        std::fs::create_dir_all(&grains).map_err(unwritable)?;
-        write_sample_grains(&grains)?;
-    }
-    let path = folder.join("scene.toml");
-    atomic::write(&path, |out| out.write_all(scene.text.as_bytes()))?;
-    Ok(path)
 }

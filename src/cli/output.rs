@@ -6,7 +6,7 @@ use crate::clump::ClumpError;
 use crate::dem::DemError;
 use crate::format::FormatError;
 use crate::geometry::GeometryError;
-use crate::num::job::{Job, Progress, Silent};
+use crate::num::job::{Job, Progress};
 use crate::report::ReportError;
 use crate::scene::SceneError;
 use crate::scene::road::{Road, RoadError};
@@ -50,6 +50,7 @@ impl From<RoadError> for Ending {
             RoadError::Format(error) => error.into(),
             RoadError::Clump(error) => error.into(),
             RoadError::Dem(error) => error.into(),
+            error @ RoadError::Paused { .. } => Self::Cancelled(error.to_string()),
             RoadError::Solver(error) => error.into(),
             error @ RoadError::Cancelled => Self::Cancelled(error.to_string()),
             RoadError::Work(message) => Self::Work(message),
@@ -67,18 +68,33 @@ macro_rules! is_input {
     )*};
 }
 
-is_input!(SceneError, FormatError, DemError, ShapeError, ClumpError, GeometryError, ReportError);
+is_input!(SceneError, FormatError, DemError, ShapeError, GeometryError, ReportError);
+
+impl From<ClumpError> for Ending {
+    fn from(error: ClumpError) -> Self {
+        match error {
+            ClumpError::NotReached { .. } => Self::Work(error.to_string()),
+            ClumpError::Cancelled => Self::Cancelled(error.to_string()),
+            _ => Self::Input(error.to_string()),
+        }
+    }
+}
 
 impl From<SolverError> for Ending {
     fn from(error: SolverError) -> Self {
-        Self::Solver(error.to_string())
+        match error {
+            SolverError::Refused { .. } | SolverError::NotFinite { .. } => {
+                Self::Work(error.to_string())
+            }
+            SolverError::Io { .. } | SolverError::Options(_) => Self::Input(error.to_string()),
+            _ => Self::Solver(error.to_string()),
+        }
     }
 }
 
 /// Where verbs print.
 pub struct Screen {
     quiet: bool,
-    verbose: bool,
     json: bool,
     colour: bool,
     job: Job,
@@ -113,19 +129,16 @@ impl Screen {
             || std::thread::available_parallelism().map_or(1, usize::from),
             usize::from,
         );
-        let bar = Arc::new(Bar::default());
-        let progress: Arc<dyn Progress> =
-            if terminal && !arguments.quiet { Arc::clone(&bar) as _ } else { Arc::new(Silent) };
-        let job = Job::new(threads, progress, Arc::clone(&cancelled));
-        Ok(Self {
+        // Pictures are drawn on rayon's own pool. It can only be there already, then it serves as well.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+        let bar = Arc::new(Bar {
+            current: Mutex::new(None),
+            shown: terminal && !arguments.quiet,
             quiet: arguments.quiet,
             verbose: arguments.verbose,
-            json: arguments.json,
-            colour,
-            job,
-            bar,
-            cancelled,
-        })
+        });
+        let job = Job::new(threads, Arc::clone(&bar) as _, Arc::clone(&cancelled));
+        Ok(Self { quiet: arguments.quiet, json: arguments.json, colour, job, bar, cancelled })
     }
 
     /// Surroundings for long work.
@@ -138,18 +151,9 @@ impl Screen {
         self.json
     }
 
-    /// True if the user wants to know more.
-    pub fn is_verbose(&self) -> bool {
-        self.verbose
-    }
-
     /// A message on standard error, unless quiet.
     pub fn say(&self, message: &str) {
-        self.bar.clear();
-        if !self.quiet {
-            // A closed standard error must not end the work.
-            let _ = writeln!(std::io::stderr().lock(), "{message}");
-        }
+        self.bar.finished(message);
     }
 
     /// A warning on standard error, also when quiet.
@@ -159,8 +163,12 @@ impl Screen {
         let _ = writeln!(std::io::stderr().lock(), "{mark}: {message}");
     }
 
-    /// Says what the road has to remark.
+    /// Says what the road has to remark, and if nothing had to be done.
     pub fn remarks(&self, road: &mut Road) {
+        if !road.has_worked() {
+            let root = road.store.root().display();
+            self.say(&format!("nothing has changed; all is taken from {root}"));
+        }
         for remark in road.remarks.drain(..) {
             self.say(&remark);
         }
@@ -180,6 +188,18 @@ impl Screen {
             return Ok(());
         }
         self.raw(text.as_bytes())
+    }
+
+    /// A text that is the result itself; with JSON asked for, as the string `name` of an object.
+    ///
+    /// # Errors
+    /// Standard output that cannot be written.
+    pub fn script(&self, name: &str, text: &[u8]) -> Result<(), Ending> {
+        if self.json {
+            let text = String::from_utf8_lossy(text);
+            return self.result(&serde_json::json!({ name: text }), "");
+        }
+        self.raw(text)
     }
 
     /// Bytes on standard output.
@@ -212,9 +232,11 @@ impl Screen {
 }
 
 /// A progress bar that appears with the first report of each kind of work.
-#[derive(Default)]
 struct Bar {
     current: Mutex<Option<(String, ProgressBar)>>,
+    shown: bool,
+    quiet: bool,
+    verbose: bool,
 }
 
 impl Bar {
@@ -229,6 +251,9 @@ impl Bar {
 
 impl Progress for Bar {
     fn report(&self, what: &str, done: u64, total: u64) {
+        if !self.shown {
+            return;
+        }
         let Ok(mut current) = self.current.lock() else { return };
         if current.as_ref().is_none_or(|(name, _)| name != what) {
             if let Some((_, old)) = current.take() {
@@ -246,6 +271,20 @@ impl Progress for Bar {
         if let Some((_, bar)) = current.as_ref() {
             bar.set_length(total);
             bar.set_position(done);
+        }
+    }
+
+    fn finished(&self, message: &str) {
+        self.clear();
+        if !self.quiet {
+            // A closed standard error must not end the work.
+            let _ = writeln!(std::io::stderr().lock(), "{message}");
+        }
+    }
+
+    fn detail(&self, message: &str) {
+        if self.verbose {
+            self.finished(message);
         }
     }
 }

@@ -2,18 +2,13 @@
 
 use super::arguments::SceneOnly;
 use super::{Ending, Screen};
-use crate::format;
-use crate::model::Frame;
 use crate::scene::road::Road;
-use crate::scene::running::particles;
 use serde_json::json;
 
 pub fn pack(arguments: &SceneOnly, screen: &Screen) -> Result<(), Ending> {
     let mut road = Road::open(&arguments.scene, arguments.output.as_deref(), screen.job())?;
-    let (packed, built) = road.built()?;
-    let frame = Frame::initial(&built.model);
-    let vtp = road.store.path("packing.vtp");
-    format::vtp::write_particles(&vtp, &particles(&built.model, &frame))?;
+    let (packed, _) = road.built()?;
+    screen.remarks(&mut road);
     let packing = &packed.packing;
     let m = &packing.measures;
     let gap = m.least_gap.map_or("no two near each other".to_owned(), |gap| format!("{gap:.3e} m"));

@@ -17,6 +17,7 @@ pub fn reproduce(arguments: &Reproduce, screen: &Screen) -> Result<(), Ending> {
 fn of_scene(arguments: &Reproduce, screen: &Screen) -> Result<(), Ending> {
     let mut road = Road::open(&arguments.input, arguments.output.as_deref(), screen.job())?;
     let grains = road.grains()?;
+    screen.remarks(&mut road);
     let clumps: Vec<&Clump> = grains
         .distinct
         .iter()
@@ -49,53 +50,20 @@ fn of_mesh(arguments: &Reproduce, screen: &Screen) -> Result<(), Ending> {
     }
     let mass = mesh.mass_properties();
     let solid = Solid { name, mesh, mass, recipe: arguments.input.display().to_string() };
+    let job = screen.job();
     let clump = match arguments.error {
-        Some(error) => to_error(&solid, &arguments.method, error, screen)?,
-        None => with_spheres(&solid, &arguments.method, arguments.spheres.unwrap_or(20), screen)?,
+        Some(error) => clump::reproduce_to_error(&solid, &arguments.method, error, &job)?,
+        None => {
+            let spheres = arguments.spheres.unwrap_or(20);
+            let method = Method::by_key(&arguments.method, spheres)?;
+            clump::reproduce(&solid, &method, MassSource::Solid, 0, 0, &job)?
+        }
     };
     let output =
         arguments.output.clone().unwrap_or_else(|| arguments.input.with_extension("clump.csv"));
-    clump::file::write(&output, &clump)?;
+    clump::file::write_as(&output, &clump)?;
     let text = format!("{}{}{}\n", header(), row(&clump), output.display());
     screen.result(&json!({ "output": output, "clump": facts(&clump) }), &text)
-}
-
-fn with_spheres(
-    solid: &Solid,
-    method: &str,
-    spheres: u32,
-    screen: &Screen,
-) -> Result<Clump, Ending> {
-    let method = Method::with_spheres(method, spheres).ok_or_else(|| {
-        let known: Vec<&str> = clump::METHODS.iter().map(|entry| entry.key).collect();
-        Ending::Input(format!("there is no clump method \"{method}\"; known: {}", known.join(", ")))
-    })?;
-    Ok(clump::reproduce(solid, &method, MassSource::Solid, 0, 0, &screen.job())?)
-}
-
-/// The first clump on a ladder of rising sphere counts whose RMS distance is at most `error` of the equivalent diameter.
-fn to_error(solid: &Solid, method: &str, error: f64, screen: &Screen) -> Result<Clump, Ending> {
-    if !(error > 0.0 && error < 1.0) {
-        return Err(Ending::Input(format!(
-            "--error is {error}; allowed: greater than 0, less than 1"
-        )));
-    }
-    let ladder = [5, 7, 10, 14, 20, 28, 40, 56, 80, 113, 160, 226, 320, 452, 640, 905, 1280];
-    let mut best = f64::INFINITY;
-    for spheres in ladder {
-        if screen.job().is_cancelled() {
-            return Err(Ending::Cancelled("stopped".to_owned()));
-        }
-        let clump = with_spheres(solid, method, spheres, screen)?;
-        let reached = clump.fidelity.map_or(0.0, |f| f.rms_distance / f.equivalent_diameter);
-        if reached <= error {
-            return Ok(clump);
-        }
-        best = best.min(reached);
-    }
-    Err(Ending::Work(format!(
-        "{method} does not reach an RMS distance of {error}; its best was {best:.4}"
-    )))
 }
 
 fn header() -> String {

@@ -9,9 +9,9 @@ use serde_json::json;
 pub fn run(arguments: &arguments::Run, screen: &Screen) -> Result<(), Ending> {
     let scene = &arguments.scene;
     let mut road = Road::open(&scene.scene, scene.output.as_deref(), screen.job())?;
-    let (_, built, run) = road.run(arguments.resume)?;
+    let (packed, built, run) = road.run(arguments.resume)?;
+    road.page(&packed, &built, &run)?;
     screen.remarks(&mut road);
-    road.page()?;
     let text = format!("{}{}\n", summary(&run), road.store.path("report/index.html").display());
     let json = json!({
         "output": road.store.root(),

@@ -5,6 +5,7 @@
 //! Files are written beside and renamed: complete or absent.
 
 use super::{Clump, ClumpError, Fidelity};
+use crate::format::{FormatError, atomic};
 use crate::geometry::Ball;
 use crate::num::{Rotation, Vec3};
 use serde::{Deserialize, Serialize};
@@ -14,7 +15,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// First line of the table of spheres: body frame, metres.
-pub const HEADER: &str = "x [m],y [m],z [m],r [m]";
+pub const HEADER: &str = "x,y,z,r";
 
 /// Name of the file that describes all clumps of a folder.
 pub const INDEX: &str = "clumps.json";
@@ -41,6 +42,16 @@ struct Entry {
 /// # Errors
 /// [`ClumpError::File`].
 pub fn write(folder: &Path, clump: &Clump) -> Result<PathBuf, ClumpError> {
+    let path = folder.join(format!("{}.csv", clump.name));
+    write_as(&path, clump)?;
+    Ok(path)
+}
+
+/// Writes the spheres of `clump` to the file `path`.
+///
+/// # Errors
+/// [`ClumpError::File`].
+pub fn write_as(path: &Path, clump: &Clump) -> Result<(), ClumpError> {
     let mut text = String::from(HEADER);
     text.push('\n');
     for ball in &clump.balls {
@@ -48,9 +59,8 @@ pub fn write(folder: &Path, clump: &Clump) -> Result<PathBuf, ClumpError> {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{:.16e},{:.16e},{:.16e},{:.16e}", c.x, c.y, c.z, r);
     }
-    let path = folder.join(format!("{}.csv", clump.name));
-    replace(&path, text.as_bytes())?;
-    Ok(path)
+    atomic::write(path, |out| out.write_all(text.as_bytes()))?;
+    Ok(())
 }
 
 /// Reads spheres from a file that [`write`] made.
@@ -58,7 +68,7 @@ pub fn write(folder: &Path, clump: &Clump) -> Result<PathBuf, ClumpError> {
 /// # Errors
 /// [`ClumpError::File`], [`ClumpError::Content`] with the line that is wrong.
 pub fn read(path: &Path) -> Result<Vec<Ball>, ClumpError> {
-    let text = fs::read_to_string(path).map_err(|source| file_error(path, source))?;
+    let text = fs::read_to_string(path).map_err(|source| unreadable(path, source))?;
     let wrong = |line: usize, problem: String| ClumpError::Content {
         path: path.to_owned(),
         line: line + 1,
@@ -98,8 +108,8 @@ pub fn write_all(folder: &Path, clumps: &[Clump]) -> Result<(), ClumpError> {
     }
     let entries: Vec<Entry> = clumps.iter().map(entry).collect();
     let path = folder.join(INDEX);
-    let text = serde_json::to_vec_pretty(&entries).map_err(|e| file_error(&path, e.into()))?;
-    replace(&path, &text)
+    atomic::write(&path, |out| Ok(serde_json::to_writer_pretty(out, &entries)?))?;
+    Ok(())
 }
 
 /// Reads all clumps of a folder that [`write_all`] filled.
@@ -108,7 +118,7 @@ pub fn write_all(folder: &Path, clumps: &[Clump]) -> Result<(), ClumpError> {
 /// [`ClumpError::File`], [`ClumpError::Content`].
 pub fn read_all(folder: &Path) -> Result<Vec<Clump>, ClumpError> {
     let path = folder.join(INDEX);
-    let text = fs::read(&path).map_err(|source| file_error(&path, source))?;
+    let text = fs::read(&path).map_err(|source| unreadable(&path, source))?;
     let entries: Vec<Entry> = serde_json::from_slice(&text).map_err(|e| ClumpError::Content {
         path: path.clone(),
         line: e.line(),
@@ -152,26 +162,8 @@ fn clump(entry: Entry, balls: Vec<Ball>) -> Clump {
     }
 }
 
-fn file_error(path: &Path, source: std::io::Error) -> ClumpError {
-    ClumpError::File { path: path.to_owned(), source }
-}
-
-/// Writes `bytes` beside `path` and renames.
-fn replace(path: &Path, bytes: &[u8]) -> Result<(), ClumpError> {
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".part");
-    let beside = PathBuf::from(beside);
-    let work = || -> std::io::Result<()> {
-        let mut file = fs::File::create(&beside)?;
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        fs::rename(&beside, path)
-    };
-    work().map_err(|source| {
-        // The first error is the one to tell; a left-over part is only untidy.
-        let _ = fs::remove_file(&beside);
-        file_error(path, source)
-    })
+fn unreadable(path: &Path, source: std::io::Error) -> ClumpError {
+    FormatError::io(path, "read", source).into()
 }
 
 #[cfg(test)]
@@ -206,11 +198,11 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("bad.csv");
         for (text, line) in [
+            ("x,y,z\n", 1),
+            ("x,y,z,r\n0,0,0,1\n0,0,nan,1\n", 3),
+            ("x,y,z,r\n0,0,0,-1\n", 2),
+            ("x,y,z,r\n0,0,0,1,5\n", 2),
             ("x,y,z,r\n", 1),
-            ("x [m],y [m],z [m],r [m]\n0,0,0,1\n0,0,nan,1\n", 3),
-            ("x [m],y [m],z [m],r [m]\n0,0,0,-1\n", 2),
-            ("x [m],y [m],z [m],r [m]\n0,0,0,1,5\n", 2),
-            ("x [m],y [m],z [m],r [m]\n", 1),
         ] {
             fs::write(&path, text).expect("written");
             match read(&path) {
@@ -218,6 +210,6 @@ mod tests {
                 other => panic!("{text}: {other:?}"),
             }
         }
-        assert!(matches!(read(&folder.path().join("none.csv")), Err(ClumpError::File { .. })));
+        assert!(matches!(read(&folder.path().join("none.csv")), Err(ClumpError::File(_))));
     }
 }

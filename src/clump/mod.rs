@@ -6,16 +6,19 @@
 
 mod fidelity;
 pub mod file;
+mod ladder;
 mod nodes;
 mod normals;
 mod pieces;
 mod reproduce;
 
 pub use fidelity::{POINTS, measure};
+pub use ladder::reproduce_to_error;
 pub use nodes::{Nodes, Place};
 pub use normals::{Normals, Order};
 pub use reproduce::{MassSource, Method, reproduce};
 
+use crate::format::FormatError;
 use crate::geometry::{Ball, DistanceError};
 use crate::num::{Fault, MethodEntry, Rotation, Vec3};
 use serde::{Deserialize, Serialize};
@@ -88,17 +91,22 @@ pub enum ClumpError {
         /// Which parameter to change, and how.
         advice: &'static str,
     },
+    /// No clump of the ladder is near enough to its solid.
+    #[error("{method} does not reach an RMS distance of {error}; its best was {best:.4}")]
+    NotReached {
+        /// Key of the method.
+        method: String,
+        /// RMS surface distance over equivalent diameter that was asked for.
+        error: f64,
+        /// The least that was reached.
+        best: f64,
+    },
     /// The user asked to stop.
     #[error("stopped before the clump was finished")]
     Cancelled,
     /// A file could not be read or written.
-    #[error("{path}: {source}")]
-    File {
-        /// Which.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
+    #[error(transparent)]
+    File(#[from] FormatError),
     /// A file does not hold what it should.
     #[error("{path}, line {line}: {problem}")]
     Content {

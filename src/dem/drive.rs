@@ -36,6 +36,9 @@ pub fn simulate(
     let mut outcome = None;
     while stopped.is_none() && state.step < model.plan.steps {
         if job.is_cancelled() {
+            if guard::finite(&state) {
+                observer.checkpoint(&checkpoint::write(model, &state)?);
+            }
             outcome = Some(Outcome::Cancelled { step: state.step });
             break;
         }

@@ -59,7 +59,7 @@ pub trait Observer {
     fn frame(&mut self, frame: &Frame);
     /// A row of the series that is due.
     fn row(&mut self, row: &SeriesRow);
-    /// A checkpoint that is due; feed it to [`simulate`] to go on from there.
+    /// A checkpoint that is due, or the last state of a cancelled run; feed it to [`simulate`] to go on from there.
     fn checkpoint(&mut self, bytes: &[u8]);
 }
 

@@ -8,6 +8,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub trait Progress: Send + Sync {
     /// `done` of `total` units of `what` are finished; called often, must be cheap.
     fn report(&self, what: &str, done: u64, total: u64);
+
+    /// A stage is finished: one line for people.
+    fn finished(&self, _message: &str) {}
+
+    /// Something that only those want to know who ask for more.
+    fn detail(&self, _message: &str) {}
 }
 
 /// Progress that nobody looks at.
@@ -46,6 +52,16 @@ impl Job {
     /// Says that `done` of `total` units of `what` are finished.
     pub fn report(&self, what: &str, done: u64, total: u64) {
         self.progress.report(what, done, total);
+    }
+
+    /// Says in one line what a finished stage made.
+    pub fn finished(&self, message: &str) {
+        self.progress.finished(message);
+    }
+
+    /// Says something that only those want to know who ask for more.
+    pub fn detail(&self, message: &str) {
+        self.progress.detail(message);
     }
 
     /// True once the user has asked to stop (Ctrl-C).

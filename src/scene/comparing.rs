@@ -1,6 +1,7 @@
 //! The stage that runs a scene here and in outside solvers, and says how far they agree.
 
 use super::build::Built;
+use super::paging;
 use super::parameters::Start;
 use super::road::{Packed, Road, RoadError};
 use crate::dem;
@@ -34,8 +35,17 @@ impl Road {
         model: &Model,
         options: &DeckOptions,
     ) -> Result<Deck, RoadError> {
-        let folder = self.store.path("decks").join(solver.key());
-        Ok(solver.write(model, &folder, options)?)
+        let stage = format!("export {}", solver.key());
+        let inside = format!("decks/{}", solver.key());
+        let mut running = self.store.begin(&stage, "")?;
+        let deck = solver.write(model, &self.store.path(&inside), options)?;
+        for file in &deck.files {
+            self.store.prepare(&mut running, &format!("{inside}/{file}"))?;
+        }
+        running.count("bodies", model.bodies.len());
+        running.count("spheres", model.spheres.len());
+        self.close(running, &format!("wrote the {} deck", solver.name()))?;
+        Ok(deck)
     }
 
     /// Runs the scene here and in `solvers`, compares, writes `compare.json` and the report.
@@ -71,7 +81,13 @@ impl Road {
             self.store.prepare(&mut running, name)?;
         }
         comparison.write(self.store.root()).map_err(|error| RoadError::Work(error.to_string()))?;
-        self.store.finish(running)?;
+        running.count("solvers", others.len());
+        running.count("failures", failures.len());
+        running.count("steps", model.plan.steps as usize);
+        running.count("spheres", model.spheres.len());
+        let names: Vec<&str> = others.iter().map(|run| run.solver.as_str()).collect();
+        let names = if names.is_empty() { "no solver".to_owned() } else { names.join(" and ") };
+        self.close(running, &format!("compared with {names}"))?;
         let mut missing: Vec<String> = crate::solver::all()
             .into_iter()
             .filter(|solver| solver.find().is_none())
@@ -79,7 +95,7 @@ impl Road {
             .collect();
         missing.extend(failures.iter().cloned());
         let compared = Compared { comparison, ours, others, failures, missing };
-        self.page_of(&packed, &built, &run, Some(&compared))?;
+        paging::write(self, &packed, &built, &run, Some(&compared))?;
         Ok(compared)
     }
 
@@ -154,23 +170,12 @@ impl Road {
         Ok(Some(Twin { of: 0, scheme: scheme.key().to_owned(), run }))
     }
 
-    /// Writes the report of a run without comparison, `report/index.html`.
+    /// Writes the report of a run without comparison, `report/index.html`, from what [`Road::run`] gave.
     ///
     /// # Errors
-    /// As [`Road::run`].
-    pub fn page(&mut self) -> Result<(), RoadError> {
-        let (packed, built, run) = self.run(false)?;
-        self.page_of(&packed, &built, &run, None)
-    }
-
-    fn page_of(
-        &mut self,
-        packed: &Packed,
-        built: &Built,
-        run: &Run,
-        compared: Option<&Compared>,
-    ) -> Result<(), RoadError> {
-        super::paging::write(self, packed, built, run, compared)
+    /// A folder that cannot be written.
+    pub fn page(&mut self, packed: &Packed, built: &Built, run: &Run) -> Result<(), RoadError> {
+        paging::write(self, packed, built, run, None)
     }
 }
 

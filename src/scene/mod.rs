@@ -7,6 +7,8 @@ pub mod comparing;
 pub mod file;
 pub mod grains;
 pub mod materials;
+pub mod measuring;
+mod packing;
 pub mod paging;
 pub mod parameters;
 pub mod road;

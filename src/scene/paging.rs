@@ -3,12 +3,14 @@
 use super::build::Built;
 use super::comparing::Compared;
 use super::road::{Packed, Road, RoadError};
+use super::store::key;
 use crate::clump::Clump;
 use crate::model::Run;
 use crate::report::page::{PageInput, write_page};
 use crate::shape::Solid;
 
-/// Writes `report/index.html` from what is there.
+/// Writes `report/index.html` from what is there. A run without comparison keeps
+/// the page that a comparison of the same run has written.
 ///
 /// # Errors
 /// A folder that cannot be written.
@@ -19,7 +21,16 @@ pub fn write(
     run: &Run,
     compared: Option<&Compared>,
 ) -> Result<(), RoadError> {
-    let mut running = road.store.begin("report", "")?;
+    let title = serde_json::Value::from(road.loaded.scene.title.as_str());
+    let key_of =
+        |verb: &str| key(&road.run_key(packed), &[title.clone(), verb.into()], road.loaded.base());
+    let verb = if compared.is_some() { "compare" } else { "run" };
+    let known = ["run", "compare"].map(key_of);
+    if verb == "run" && known.iter().any(|key| road.store.is_done("report", key)) {
+        road.unchanged("report", "report/index.html");
+        return Ok(());
+    }
+    let mut running = road.store.begin("report", &known[usize::from(verb == "compare")])?;
     let path = road.store.prepare(&mut running, "report/index.html")?;
     let solids: Vec<Solid> =
         packed.grains.distinct.iter().filter_map(|grain| grain.solid.clone()).collect();
@@ -31,7 +42,6 @@ pub fn write(
         .filter(|clump| clump.fidelity.is_some())
         .cloned()
         .collect();
-    let verb = if compared.is_some() { "compare" } else { "run" };
     let commands = [format!("riprap {verb} {}", road.loaded.path.display())];
     let input = PageInput {
         title: &road.loaded.scene.title,
@@ -48,5 +58,8 @@ pub fn write(
         commands: &commands,
     };
     write_page(&input, &path).map_err(|error| RoadError::Work(error.to_string()))?;
-    Ok(road.store.finish(running)?)
+    running.count("solvers", input.others.len());
+    running.count("shapes", solids.len());
+    running.count("clumps", clumps.len());
+    road.close(running, "wrote the report")
 }

@@ -3,15 +3,15 @@
 
 use super::build::{self, Built};
 use super::grains::{self, Draw, Grain};
-use super::store::{Store, key};
+use super::store::{Running, Store, key};
 use super::walls::Room;
 use super::{Loaded, SceneError};
 use crate::clump::{self, Clump, ClumpError};
 use crate::format::{self, FormatError};
 use crate::num::{Fault, Job};
-use crate::pack::{self, PackError, Packing};
-use crate::shape::Solid;
+use crate::pack::Packing;
 use crate::shape::descriptors::describe;
+use crate::shape::{Shape, Solid};
 use crate::solver::SolverError;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -40,6 +40,14 @@ pub enum RoadError {
     /// The work was done but not as it should have been.
     #[error("{0}")]
     Work(String),
+    /// The user asked to stop in the middle of a run that has a checkpoint.
+    #[error("stopped; `riprap run {scene} --resume` goes on from step {step}, bit for bit")]
+    Paused {
+        /// The scene file.
+        scene: String,
+        /// Step of the checkpoint.
+        step: u64,
+    },
     /// The user asked to stop; what is finished is kept.
     #[error("stopped; what is finished is kept in the output folder")]
     Cancelled,
@@ -53,8 +61,18 @@ pub struct Road {
     pub store: Store,
     /// Progress, threads, cancelling.
     pub job: Job,
-    /// Plain remarks for the user: what was done, what was taken from earlier.
+    /// What the user should know of and may not expect.
     pub remarks: Vec<String>,
+}
+
+/// True shapes of a scene.
+pub struct Shapes {
+    /// Distinct grains: what each is drawn from.
+    pub draws: Vec<Draw>,
+    /// For each of them its shape; `None` for spheres and discs.
+    pub solids: Vec<Option<Solid>>,
+    /// Key of the stage, for those that build on it.
+    pub key: String,
 }
 
 /// Grains of a scene.
@@ -103,15 +121,36 @@ impl Road {
         RoadError::Scene(self.loaded.wrong(&[fault]))
     }
 
-    fn parameters(&self, of: &dyn Fn(&super::Scene) -> serde_json::Value) -> serde_json::Value {
+    pub(super) fn parameters(
+        &self,
+        of: &dyn Fn(&super::Scene) -> serde_json::Value,
+    ) -> serde_json::Value {
         of(&self.loaded.scene)
+    }
+
+    /// True if some stage had to be done; false if all was taken from the output folder.
+    pub fn has_worked(&self) -> bool {
+        self.store.has_worked()
+    }
+
+    /// Ends a stage and says what it made.
+    pub(super) fn close(&mut self, running: Running, made: &str) -> Result<(), RoadError> {
+        let seconds = self.store.finish(running)?;
+        self.job.finished(&format!("{made} in {seconds:.1} s"));
+        Ok(())
+    }
+
+    /// Says that a stage need not be done again.
+    pub(super) fn unchanged(&self, stage: &str, file: &str) {
+        let path = self.store.path(file);
+        self.job.detail(&format!("{stage}: unchanged, taken from {}", path.display()));
     }
 
     /// True shapes of all distinct grains, in `shapes/`.
     ///
     /// # Errors
     /// A shape that cannot be made; a folder that cannot be written.
-    pub fn solids(&mut self) -> Result<(Vec<Draw>, Vec<Option<Solid>>, String), RoadError> {
+    pub fn solids(&mut self) -> Result<Shapes, RoadError> {
         let draws = grains::draws(&self.loaded);
         let families = self.parameters(&|scene| {
             let part = |f: &super::parameters::Family| {
@@ -122,9 +161,11 @@ impl Road {
         let key = key("", &[families], self.loaded.base());
         if !self.store.is_done("generate", &key) {
             self.generate(&draws, &key)?;
+        } else if !self.is_plain() {
+            self.unchanged("shapes", "shapes");
         }
         let solids = self.read_solids(&draws)?;
-        Ok((draws, solids, key))
+        Ok(Shapes { draws, solids, key })
     }
 
     fn generate(&mut self, draws: &[Draw], key: &str) -> Result<(), RoadError> {
@@ -161,33 +202,41 @@ impl Road {
             self.store.write(&mut running, "shapes/shapes.csv", |out| write_table(out, &solids))?;
         }
         running.count("shapes", solids.len());
-        Ok(self.store.finish(running)?)
+        if solids.is_empty() {
+            self.store.finish(running)?;
+            return Ok(());
+        }
+        let made = format!("made {} shapes", solids.len());
+        self.close(running, &made)
+    }
+
+    /// True if no grain has a shape of its own: spheres and discs only.
+    fn is_plain(&self) -> bool {
+        self.loaded.scene.grains.iter().all(|family| matches!(family.shape, Shape::Sphere))
     }
 
     /// Solids as they lie in the folder, so that a fresh run and a resumed one see the same bits.
     fn read_solids(&self, draws: &[Draw]) -> Result<Vec<Option<Solid>>, RoadError> {
-        let remembered: Vec<Remembered> = std::fs::read(self.store.path("shapes/shapes.json"))
-            .ok()
-            .and_then(|bytes| serde_json::from_slice(&bytes).ok())
-            .unwrap_or_default();
+        if self.is_plain() {
+            return Ok(vec![None; draws.len()]);
+        }
+        let mut remembered =
+            self.store.read_json::<Vec<Remembered>>("shapes/shapes.json")?.into_iter();
         draws
             .iter()
             .map(|draw| {
-                let starts = |known: &&Remembered| known.name.starts_with(&draw.name);
-                let Some(known) = remembered.iter().find(starts) else { return Ok(None) };
                 let family = &self.loaded.scene.grains[draw.family as usize];
-                if matches!(family.shape, crate::shape::Shape::Sphere) {
+                if matches!(family.shape, Shape::Sphere) {
                     return Ok(None);
                 }
-                let mesh =
-                    format::stl::read(&self.store.path(&format!("shapes/{}.stl", known.name)))?;
+                let Some(Remembered { name, recipe }) = remembered.next() else {
+                    let path = self.store.path("shapes/shapes.json");
+                    let problem = format!("has no entry for {}; remove the folder", draw.name);
+                    return Err(FormatError::file(&path, problem).into());
+                };
+                let mesh = format::stl::read(&self.store.path(&format!("shapes/{name}.stl")))?;
                 let mass = mesh.mass_properties();
-                Ok(Some(Solid {
-                    name: known.name.clone(),
-                    mesh,
-                    mass,
-                    recipe: known.recipe.clone(),
-                }))
+                Ok(Some(Solid { name, mesh, mass, recipe }))
             })
             .collect()
     }
@@ -197,15 +246,15 @@ impl Road {
     /// # Errors
     /// A clump that cannot be made; a folder that cannot be written.
     pub fn grains(&mut self) -> Result<Grains, RoadError> {
-        let (draws, solids, upstream) = self.solids()?;
+        let Shapes { draws, solids, key: upstream } = self.solids()?;
         let methods = self.parameters(&|scene| {
             scene.grains.iter().map(|family| json!([family.clump, family.mass])).collect()
         });
         let key = key(&upstream, &[methods], self.loaded.base());
-        let plain = solids.iter().all(Option::is_none);
-        let clumps = if plain {
+        let clumps = if self.is_plain() {
             self.reproduce_all(&draws, &solids)?
         } else if self.store.is_done("reproduce", &key) {
+            self.unchanged("clumps", "clumps");
             clump::file::read_all(&self.store.path("clumps"))?
         } else {
             self.write_clumps(&draws, &solids, &key)?
@@ -236,7 +285,12 @@ impl Road {
                         return Err(RoadError::Cancelled);
                     }
                     let clump = grains::reproduce(&self.loaded, draw, solid.as_ref(), &alone)
-                        .map_err(|fault| self.wrong(fault))?;
+                        .map_err(|fault| {
+                            if self.job.is_cancelled() {
+                                return RoadError::Cancelled;
+                            }
+                            self.wrong(fault)
+                        })?;
                     let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
                     self.job.report("clumps", count, draws.len() as u64);
                     Ok(clump)
@@ -258,95 +312,12 @@ impl Road {
         }
         self.store.prepare(&mut running, "clumps/clumps.json")?;
         clump::file::write_all(&self.store.path("clumps"), &clumps)?;
+        let spheres = clumps.iter().map(|clump| clump.balls.len()).sum();
         running.count("clumps", clumps.len());
-        running.count("spheres", clumps.iter().map(|clump| clump.balls.len()).sum());
-        self.store.finish(running)?;
+        running.count("spheres", spheres);
+        let made = format!("reproduced {} grains as {spheres} spheres", clumps.len());
+        self.close(running, &made)?;
         Ok(clumps)
-    }
-
-    /// The packing, in `packing.csv`.
-    ///
-    /// # Errors
-    /// Grains that cannot be placed as asked; a folder that cannot be written.
-    pub fn packed(&mut self) -> Result<Packed, RoadError> {
-        let grains = self.grains()?;
-        let room = Room::of(&self.loaded).map_err(|fault| self.wrong(fault))?;
-        let method = self.parameters(&|scene| {
-            json!([
-                scene.seed,
-                scene.dimension,
-                scene.container.as_ref().map(|c| &c.shape),
-                scene.packing
-            ])
-        });
-        let key = key(&grains.key, &[method], self.loaded.base());
-        let packing = if self.store.is_done("pack", &key) {
-            self.read_packing()?
-        } else {
-            self.pack(&grains, &room, &key)?
-        };
-        Ok(Packed { room, grains, packing, key })
-    }
-
-    fn pack(&mut self, grains: &Grains, room: &Room, key: &str) -> Result<Packing, RoadError> {
-        let mut running = self.store.begin("pack", key)?;
-        let list: Vec<pack::Grain> = grains
-            .copies
-            .iter()
-            .map(|&copy| {
-                let grain = &grains.distinct[copy as usize];
-                pack::Grain {
-                    clump: &grain.clump,
-                    solid: grain.solid.as_ref(),
-                    family: grain.family,
-                }
-            })
-            .collect();
-        let scene = &self.loaded.scene;
-        let names: Vec<&str> = scene.grains.iter().map(|family| family.name.as_str()).collect();
-        let dimension = scene.dimension as usize;
-        let packed = match (&room.region, &scene.packing) {
-            (Some(region), method) => {
-                pack::pack(&list, &names, region, method, scene.seed, &self.job)
-            }
-            (None, pack::Method::Placed(placed)) => {
-                pack::pack_freely(&list, &names, dimension, placed, &self.job)
-            }
-            (None, _) => Err(Fault::new("", "needs a container", "a [container]").into()),
-        };
-        let packing = packed.map_err(|error| match error {
-            PackError::Wrong(fault) => self.wrong(fault.under("packing")),
-            PackError::File(error) => error.into(),
-        })?;
-        if self.job.is_cancelled() {
-            return Err(RoadError::Cancelled);
-        }
-        if packing.placements.is_empty() {
-            let problem = "places no grain at all in this container";
-            return Err(self.wrong(Fault::new(
-                "packing",
-                problem,
-                "a larger container or smaller grains",
-            )));
-        }
-        let path = self.store.prepare(&mut running, "packing.csv")?;
-        pack::file::write(&path, &packing.placements, &list)
-            .map_err(|error| RoadError::Work(error.to_string()))?;
-        self.store.write(&mut running, "packing.json", |out| {
-            let summary = Packing { placements: Vec::new(), ..packing.clone() };
-            Ok(serde_json::to_writer_pretty(out, &summary)?)
-        })?;
-        running.count("placed", packing.placements.len());
-        running.count("dropped", packing.dropped.len());
-        self.store.finish(running)?;
-        Ok(packing)
-    }
-
-    fn read_packing(&self) -> Result<Packing, RoadError> {
-        let mut packing: Packing = self.store.read_json("packing.json")?;
-        packing.placements = pack::file::read(&self.store.path("packing.csv"))
-            .map_err(|error| RoadError::Work(error.to_string()))?;
-        Ok(packing)
     }
 
     /// The model that all solvers share.

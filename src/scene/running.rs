@@ -75,11 +75,25 @@ impl Road {
     ///
     /// # Errors
     /// As [`Road::built`]; a step that the DEM refuses; a folder that cannot be written.
-    /// [`RoadError::Cancelled`] after Ctrl-C, with a checkpoint kept.
+    /// [`RoadError::Paused`] after Ctrl-C, with a checkpoint kept.
     pub fn run(&mut self, resume: bool) -> Result<(Packed, Built, Run), RoadError> {
         let (packed, built) = self.built()?;
+        let key = self.run_key(&packed);
+        if self.store.is_done("run", &key) {
+            self.unchanged("run", "run");
+            let run = self.read_run()?;
+            return Ok((packed, built, run));
+        }
+        let run = self.simulate(&built.model, &key, resume)?;
+        Ok((packed, built, run))
+    }
+
+    /// Key of the run that starts from `packed`.
+    pub(super) fn run_key(&self, packed: &Packed) -> String {
         let scene = &self.loaded.scene;
+        let made_of: Vec<_> = scene.grains.iter().map(|family| &family.material).collect();
         let rest = json!([
+            made_of,
             scene.materials,
             scene.contact,
             scene.pairs,
@@ -88,17 +102,14 @@ impl Road {
             scene.plan,
             scene.output
         ]);
-        let key = store::key(&packed.key, &[rest], self.loaded.base());
-        if self.store.is_done("run", &key) {
-            let run = self.read_run()?;
-            return Ok((packed, built, run));
-        }
-        let run = self.simulate(&built.model, &key, resume)?;
-        Ok((packed, built, run))
+        store::key(&packed.key, &[rest], self.loaded.base())
     }
 
     fn simulate(&mut self, model: &Model, key: &str, resume: bool) -> Result<Run, RoadError> {
         let saved = if resume { self.saved(key) } else { None };
+        if saved.is_some() {
+            self.job.finished("going on from the last checkpoint");
+        }
         let mut running = self.store.begin("run", key)?;
         let frames_path = self.store.prepare(&mut running, FRAMES)?;
         let frames = open_frames(&frames_path, saved.as_ref())
@@ -120,8 +131,9 @@ impl Road {
         if let Some(failure) = recorder.failure.or(flushed.err()) {
             return Err(FormatError::io(&frames_path, "write", failure).into());
         }
-        if matches!(summary.outcome, Outcome::Cancelled { .. }) {
-            return Err(RoadError::Cancelled);
+        if let Outcome::Cancelled { step } = summary.outcome {
+            let scene = self.loaded.path.display().to_string();
+            return Err(RoadError::Paused { scene, step });
         }
         let run = Run {
             solver: format!("riprap {} ({})", crate::VERSION, model.plan.scheme.key()),
@@ -134,21 +146,25 @@ impl Road {
         };
         self.write_run(&mut running, model, &run)?;
         running.count("steps", run.cost.steps as usize);
-        self.store.finish(running)?;
+        running.count("spheres", model.spheres.len());
+        self.close(running, &format!("ran {} steps", run.cost.steps))?;
         // The checkpoint has done its duty; a finished run starts over only when its inputs change.
         let _ = std::fs::remove_file(self.store.path(CHECKPOINT));
         self.read_run()
     }
 
     fn saved(&mut self, key: &str) -> Option<Saved> {
-        let bytes = std::fs::read(self.store.path(CHECKPOINT)).ok()?;
-        let saved: Saved = postcard::from_bytes(&bytes).ok()?;
-        if saved.key == key {
-            return Some(saved);
+        let Ok(bytes) = std::fs::read(self.store.path(CHECKPOINT)) else {
+            self.remarks.push("there is no checkpoint; started from the packing".to_owned());
+            return None;
+        };
+        let saved = postcard::from_bytes(&bytes).ok().filter(|saved: &Saved| saved.key == key);
+        if saved.is_none() {
+            self.remarks.push(
+                "the checkpoint belongs to other inputs; started from the packing".to_owned(),
+            );
         }
-        self.remarks
-            .push("the checkpoint belongs to other inputs; starting from the packing".to_owned());
-        None
+        saved
     }
 
     fn write_run(&self, running: &mut Running, model: &Model, run: &Run) -> Result<(), RoadError> {
@@ -227,6 +243,7 @@ impl Iterator for Frames {
 /// A frame as a table of spheres.
 pub fn particles(model: &Model, frame: &Frame) -> Particles {
     Particles {
+        ids: Some((0..model.spheres.len() as u64).collect()),
         bodies: Some(model.spheres.iter().map(|sphere| u64::from(sphere.body)).collect()),
         materials: Some(
             model

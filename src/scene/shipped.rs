@@ -1,9 +1,10 @@
 //! Scenes that come with riprap, to start from.
 
-use crate::format;
+use crate::format::{self, FormatError};
 use crate::num::units::Length;
 use crate::shape::{self, Shape, ShapeError};
-use std::path::Path;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 
 /// A scene that comes with riprap.
 #[derive(Debug, Clone, Copy)]
@@ -53,6 +54,28 @@ pub const SCENES: &[Shipped] = &[
 /// The shipped scene called `name`.
 pub fn find(name: &str) -> Option<&'static Shipped> {
     SCENES.iter().find(|scene| scene.name == name)
+}
+
+impl Shipped {
+    /// Writes the scene as `scene.toml` into `folder`, with the files that it needs; returns its path.
+    ///
+    /// # Errors
+    /// A folder that cannot be made or written.
+    pub fn copy_to(&self, folder: &Path) -> Result<PathBuf, ShapeError> {
+        make_folder(folder)?;
+        if self.name == "own-grains" {
+            let grains = folder.join("grains");
+            make_folder(&grains)?;
+            write_sample_grains(&grains)?;
+        }
+        let path = folder.join("scene.toml");
+        format::atomic::write(&path, |out| out.write_all(self.text.as_bytes()))?;
+        Ok(path)
+    }
+}
+
+fn make_folder(path: &Path) -> Result<(), ShapeError> {
+    std::fs::create_dir_all(path).map_err(|source| FormatError::io(path, "write", source).into())
 }
 
 /// Writes the sample grains that `own-grains` starts with into `folder`.

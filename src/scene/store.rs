@@ -27,7 +27,7 @@ pub struct Manifest {
     pub stages: BTreeMap<String, Stage>,
 }
 
-/// One finished stage.
+/// One stage; one that was begun and not finished has an empty key and no costs.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Stage {
     /// Hash of everything that the result depends on.
@@ -49,11 +49,13 @@ pub struct Stage {
 pub struct Store {
     root: PathBuf,
     manifest: Manifest,
+    worked: bool,
 }
 
 /// A stage that is being done.
 pub struct Running {
-    name: &'static str,
+    name: String,
+    earlier: Vec<String>,
     wall: Instant,
     cpu: Option<f64>,
     stage: Stage,
@@ -75,10 +77,13 @@ impl Store {
             scene: scene.display().to_string(),
             scene_hash: hex(fnv1a(text.as_bytes())),
             seed,
-            stages: earlier.unwrap_or_default().stages,
+            stages: earlier.as_ref().map(|manifest| manifest.stages.clone()).unwrap_or_default(),
         };
-        let store = Self { root: root.to_owned(), manifest };
-        store.write_manifest()?;
+        let unchanged = earlier.as_ref() == Some(&manifest);
+        let store = Self { root: root.to_owned(), manifest, worked: false };
+        if !unchanged {
+            store.write_manifest()?;
+        }
         Ok(store)
     }
 
@@ -97,6 +102,11 @@ impl Store {
         &self.manifest
     }
 
+    /// True if some stage was done since the folder was opened.
+    pub fn has_worked(&self) -> bool {
+        self.worked
+    }
+
     /// True if `stage` was finished with this key and its files still exist.
     pub fn is_done(&self, stage: &str, key: &str) -> bool {
         self.manifest.stages.get(stage).is_some_and(|known| {
@@ -104,15 +114,20 @@ impl Store {
         })
     }
 
-    /// Starts the clock of a stage and forgets its earlier result.
+    /// Starts the clock of a stage and forgets its earlier result, all but the
+    /// names of its files: those that are not written again go when it is finished.
     ///
     /// # Errors
     /// What the system says if the manifest cannot be written.
-    pub fn begin(&mut self, name: &'static str, key: &str) -> Result<Running, FormatError> {
-        self.manifest.stages.remove(name);
+    pub fn begin(&mut self, name: &str, key: &str) -> Result<Running, FormatError> {
+        let earlier = self.manifest.stages.remove(name).unwrap_or_default().files;
+        let unfinished = Stage { files: earlier.clone(), ..Stage::default() };
+        self.manifest.stages.insert(name.to_owned(), unfinished);
         self.write_manifest()?;
+        self.worked = true;
         let stage = Stage { key: key.to_owned(), ..Stage::default() };
-        Ok(Running { name, wall: Instant::now(), cpu: cpu_seconds(), stage })
+        let name = name.to_owned();
+        Ok(Running { name, earlier, wall: Instant::now(), cpu: cpu_seconds(), stage })
     }
 
     /// Writes a file of a stage: beside, then renamed.
@@ -154,17 +169,23 @@ impl Store {
         serde_json::from_slice(&bytes).map_err(|error| FormatError::file(&path, error.to_string()))
     }
 
-    /// Ends a stage: its result counts from here on.
+    /// Ends a stage: its result counts from here on. Returns its wall-clock seconds.
     ///
     /// # Errors
     /// What the system says if the manifest cannot be written.
-    pub fn finish(&mut self, running: Running) -> Result<(), FormatError> {
+    pub fn finish(&mut self, running: Running) -> Result<f64, FormatError> {
         let mut stage = running.stage;
         stage.wall_seconds = running.wall.elapsed().as_secs_f64();
         stage.cpu_seconds = since(running.cpu, running.wall);
         stage.peak_bytes = peak_bytes();
-        self.manifest.stages.insert(running.name.to_owned(), stage);
-        self.write_manifest()
+        let seconds = stage.wall_seconds;
+        for old in running.earlier.iter().filter(|old| !stage.files.contains(old)) {
+            // A file that is gone already or cannot be removed is only untidy.
+            let _ = std::fs::remove_file(self.root.join(old));
+        }
+        self.manifest.stages.insert(running.name, stage);
+        self.write_manifest()?;
+        Ok(seconds)
     }
 
     fn write_manifest(&self) -> Result<(), FormatError> {

@@ -1,8 +1,6 @@
 //! The user's own solids: STL, PLY and OBJ files.
 
 use super::ShapeError;
-use crate::format::{obj, ply, stl};
-use crate::geometry::Mesh;
 use crate::num::Fault;
 use crate::num::units::Length;
 use schemars::JsonSchema;
@@ -73,21 +71,9 @@ impl FileParameters {
 }
 
 fn has_known_extension(path: &Path) -> bool {
-    extension(path).is_some_and(|ending| EXTENSIONS.contains(&ending.as_str()))
-}
-
-fn extension(path: &Path) -> Option<String> {
-    path.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase)
-}
-
-/// The surface in `path`, lengths as in the file.
-pub fn read(path: &Path) -> Result<Mesh, ShapeError> {
-    let mesh = match extension(path).as_deref() {
-        Some("ply") => ply::read(path)?,
-        Some("obj") => obj::read(path)?,
-        _ => stl::read(path)?,
-    };
-    Ok(mesh)
+    path.extension()
+        .and_then(|ending| ending.to_str())
+        .is_some_and(|ending| EXTENSIONS.contains(&ending.to_ascii_lowercase().as_str()))
 }
 
 /// The name of a file without folder and ending, as part of another file name.

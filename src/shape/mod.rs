@@ -10,7 +10,7 @@ pub use descriptors::Descriptors;
 pub use files::FileParameters;
 pub use union_of_solids::UnionParameters;
 
-use crate::format::error::FormatError;
+use crate::format::{self, FormatError};
 use crate::geometry::{GeometryError, MassProperties, Mesh, MeshFault, Primitive, check};
 use crate::num::{Fault, MethodEntry, random};
 use schemars::JsonSchema;
@@ -218,7 +218,7 @@ fn from_file(
     let paths = parameters.list(base)?;
     let path = &paths[(index % paths.len() as u64) as usize];
     let refused = |fault| ShapeError::NoSolid { path: path.clone(), fault };
-    let (mesh, repairs) = check::solid_in_double(files::read(path)?).map_err(refused)?;
+    let (mesh, repairs) = check::solid_in_double(format::read_mesh(path)?).map_err(refused)?;
     let name = format!("{name}-{}", files::stem(path));
     let recipe = format!("{}; {repairs}", path.display());
     let scale = size.map_or(Scale::Factor(parameters.unit.0), Scale::Size);

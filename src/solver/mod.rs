@@ -37,6 +37,8 @@ pub trait Solver: Sync {
     fn find(&self) -> Option<Installation>;
     /// One or two sentences on how to get it.
     fn how_to_install(&self) -> &'static str;
+    /// True if its decks can be run on several MPI ranks.
+    fn takes_ranks(&self) -> bool;
     /// What of `model` this solver cannot express or does differently.
     fn limits(&self, model: &Model) -> Vec<Limit>;
     /// Writes the deck of `model` as `folder`, which must not hold anything but an

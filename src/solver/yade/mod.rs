@@ -38,6 +38,10 @@ impl Solver for Yade {
         "On Debian and Ubuntu: apt install yade. Another program can be named in RIPRAP_YADE."
     }
 
+    fn takes_ranks(&self) -> bool {
+        false
+    }
+
     fn limits(&self, model: &Model) -> Vec<Limit> {
         limits::of(model)
     }

@@ -1,0 +1,145 @@
+//! Grains of one kind, and their sizes.
+
+use super::validate_name;
+use crate::num::Fault;
+use crate::num::units::Length;
+use crate::{clump, shape};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{self, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+use std::borrow::Cow;
+use std::fmt;
+
+/// Grains of one kind.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Family {
+    /// Name: letters, digits, `_` and `-`; different for each family.
+    pub name: String,
+    /// Number of grains, at least 1.
+    pub count: u32,
+    /// Equivalent-volume diameter (diameter for spheres and discs): a length, or
+    /// `{ min = …, max = … }` for uniform. Left out: shapes keep their own size.
+    #[serde(default)]
+    pub size: Option<Size>,
+    /// True shape.
+    pub shape: shape::Shape,
+    /// How the shape is reproduced as spheres; not for `sphere`.
+    #[serde(default)]
+    pub clump: Option<clump::Method>,
+    /// Where mass, centroid and inertia come from: `solid` (default) or `union` of the spheres.
+    #[serde(default)]
+    pub mass: clump::MassSource,
+    /// Number of different shapes; grains take them in turn. Default: one for each
+    /// grain; one for each file; one for spheres of one size.
+    #[serde(default)]
+    pub distinct: Option<u32>,
+    /// Material by name. May be left out if there is only one material.
+    #[serde(default)]
+    pub material: Option<String>,
+}
+
+/// Size of grains.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Size {
+    /// All alike.
+    Fixed(Length),
+    /// Uniform between two limits.
+    Uniform(UniformSize),
+}
+
+/// Limits of a uniform size.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct UniformSize {
+    /// Smallest.
+    pub min: Length,
+    /// Largest.
+    pub max: Length,
+}
+
+impl<'de> Deserialize<'de> for Size {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct SizeVisitor;
+        impl<'de> Visitor<'de> for SizeVisitor {
+            type Value = Size;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a length such as \"8 mm\", or { min = \"6 mm\", max = \"10 mm\" }")
+            }
+            fn visit_str<E: de::Error>(self, text: &str) -> Result<Size, E> {
+                Length::parse(text).map(Size::Fixed).map_err(E::custom)
+            }
+            fn visit_f64<E: de::Error>(self, value: f64) -> Result<Size, E> {
+                if value.is_finite() {
+                    return Ok(Size::Fixed(Length(value)));
+                }
+                Err(E::custom(format!("a length must be a finite number, not {value}")))
+            }
+            fn visit_i64<E: de::Error>(self, value: i64) -> Result<Size, E> {
+                Ok(Size::Fixed(Length(value as f64)))
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Size, A::Error> {
+                UniformSize::deserialize(MapAccessDeserializer::new(map)).map(Size::Uniform)
+            }
+        }
+        deserializer.deserialize_any(SizeVisitor)
+    }
+}
+
+impl JsonSchema for Size {
+    fn schema_name() -> Cow<'static, str> {
+        "Size".into()
+    }
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let (length, uniform) =
+            (generator.subschema_for::<Length>(), generator.subschema_for::<UniformSize>());
+        json_schema!({ "anyOf": [length, uniform] })
+    }
+}
+
+impl Family {
+    pub(super) fn validate(&self, dimension: u8) -> Result<(), Fault> {
+        validate_name(&self.name)?;
+        if self.count == 0 {
+            return Err(Fault::new("count", "is 0", "at least 1"));
+        }
+        if self.distinct == Some(0) {
+            return Err(Fault::new("distinct", "is 0", "at least 1, or left out"));
+        }
+        match self.size {
+            Some(Size::Fixed(size)) => Fault::positive("size", size.0)?,
+            Some(Size::Uniform(UniformSize { min, max })) => {
+                Fault::positive("size.min", min.0)?;
+                Fault::positive("size.max", max.0)?;
+                if max.0 < min.0 {
+                    let problem = format!("is {} m, less than min", max.0);
+                    return Err(Fault::new("size.max", problem, "at least size.min"));
+                }
+            }
+            None => {}
+        }
+        self.shape.validate().map_err(|fault| fault.under("shape"))?;
+        let sphere = matches!(self.shape, shape::Shape::Sphere);
+        if dimension == 2 && !sphere {
+            let allowed = "\"sphere\" (a disc) in two dimensions";
+            return Err(Fault::new("shape", "is a solid body", allowed));
+        }
+        match (&self.clump, sphere) {
+            (Some(_), true) => Err(Fault::new("clump", "is given for a sphere", "no `clump` key")),
+            (None, false) => Err(Fault::new(
+                "clump",
+                "is missing",
+                "a clump method for this shape, see `riprap list clumps`",
+            )),
+            (None, true) if self.size.is_none() => Err(Fault::new(
+                "size",
+                "is missing",
+                "a diameter, as spheres have no size of their own",
+            )),
+            (Some(method), false) => method.validate().map_err(|fault| fault.under("clump")),
+            (None, true) => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! Step, duration, gravity, damping, scheme.
+
+use crate::model::Scheme;
+use crate::num::Fault;
+use crate::num::units::{Acceleration, Time};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::{self, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+use std::borrow::Cow;
+use std::fmt;
+
+/// Step, duration, gravity, damping, scheme.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PlanParameters {
+    /// Simulated time.
+    pub duration: Time,
+    /// Time step, or "auto" (default).
+    #[serde(default)]
+    pub step: StepParameter,
+    /// Gravity vector. Default: 9.81 m/s² along −z (−y in two dimensions).
+    #[serde(default)]
+    pub gravity: Option<[Acceleration; 3]>,
+    /// Local (non-viscous) damping coefficient, 0 (default) up to but not including 1.
+    #[serde(default)]
+    pub local_damping: f64,
+    /// Scheme of riprap's own DEM. Default `leapfrog`.
+    #[serde(default = "leapfrog")]
+    pub scheme: Scheme,
+    /// True: the normal force may pull (the law to the letter). Default false: clipped at 0.
+    #[serde(default)]
+    pub tension: bool,
+    /// True: use the given step even if it is above the stability limit. Default false.
+    #[serde(default)]
+    pub insist: bool,
+}
+
+fn leapfrog() -> Scheme {
+    Scheme::Leapfrog
+}
+
+/// Time step: "auto" or a time.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum StepParameter {
+    /// Chosen from the scene.
+    #[default]
+    Auto,
+    /// As given.
+    Given(Time),
+}
+
+impl Serialize for StepParameter {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Auto => serializer.serialize_str("auto"),
+            Self::Given(time) => time.serialize(serializer),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for StepParameter {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct StepVisitor;
+        impl Visitor<'_> for StepVisitor {
+            type Value = StepParameter;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("\"auto\" or a time such as \"10 us\"")
+            }
+            fn visit_str<E: de::Error>(self, text: &str) -> Result<StepParameter, E> {
+                if text == "auto" {
+                    return Ok(StepParameter::Auto);
+                }
+                Time::parse(text)
+                    .map(StepParameter::Given)
+                    .map_err(|message| E::custom(format!("{message}, or \"auto\"")))
+            }
+            fn visit_f64<E: de::Error>(self, value: f64) -> Result<StepParameter, E> {
+                if value.is_finite() {
+                    return Ok(StepParameter::Given(Time(value)));
+                }
+                Err(E::custom(format!("a time must be a finite number, not {value}")))
+            }
+            fn visit_i64<E: de::Error>(self, value: i64) -> Result<StepParameter, E> {
+                Ok(StepParameter::Given(Time(value as f64)))
+            }
+        }
+        deserializer.deserialize_any(StepVisitor)
+    }
+}
+
+impl JsonSchema for StepParameter {
+    fn schema_name() -> Cow<'static, str> {
+        "Step".into()
+    }
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let time = generator.subschema_for::<Time>();
+        json_schema!({ "anyOf": [{ "const": "auto" }, time] })
+    }
+}
+
+impl PlanParameters {
+    pub(super) fn validate(&self, dimension: u8) -> Result<(), Fault> {
+        Fault::positive("duration", self.duration.0)?;
+        if let StepParameter::Given(step) = self.step {
+            Fault::positive("step", step.0)?;
+            if step.0 > self.duration.0 {
+                let problem = format!("is {} s, longer than the duration", step.0);
+                return Err(Fault::new("step", problem, "a fraction of `duration`"));
+            }
+        }
+        if let (Some(gravity), 2) = (self.gravity, dimension)
+            && gravity[2].0 != 0.0
+        {
+            return Err(Fault::new("gravity[2]", "leaves the x–y plane", "0 in two dimensions"));
+        }
+        if !(0.0..1.0).contains(&self.local_damping) {
+            let allowed = "0 up to but not including 1";
+            return Err(Fault::new("local_damping", format!("is {}", self.local_damping), allowed));
+        }
+        Ok(())
+    }
+}
