@@ -213,7 +213,7 @@ pub struct Convert {
 /// `riprap view`.
 #[derive(Debug, Args)]
 pub struct View {
-    /// Meshes, clumps, packings or states, drawn side by side; tables of spheres to one scale.
+    /// Meshes, clumps, packings or states, drawn side by side; states to one scale.
     #[arg(required = true, value_name = "FILE")]
     pub inputs: Vec<PathBuf>,
     /// PNG file to write.

@@ -13,10 +13,10 @@ pub fn view(arguments: &View, screen: &Screen) -> Result<(), Ending> {
     let size = [arguments.width as usize, arguments.height as usize];
     let things =
         arguments.inputs.iter().map(|path| format::read(path)).collect::<Result<Vec<_>, _>>()?;
-    // One room for all of them: states side by side are drawn to one scale.
+    // States (tables that say which body a sphere belongs to) are drawn to one scale.
     let room = things.iter().fold(Bounds::EMPTY, |room, thing| match thing {
-        Data::Mesh(_) => room,
-        Data::Particles(table) => room.union(&extent(table)),
+        Data::Particles(table) if table.bodies.is_some() => room.union(&extent(table)),
+        _ => room,
     });
     let room = (!room.is_empty()).then_some(room);
     let pictures: Vec<Picture> = things
@@ -24,6 +24,7 @@ pub fn view(arguments: &View, screen: &Screen) -> Result<(), Ending> {
         .map(|thing| match thing {
             Data::Mesh(mesh) => gallery::view_mesh(mesh, size),
             Data::Particles(table) => {
+                let room = room.filter(|_| table.bodies.is_some());
                 gallery::view_spheres(&table.positions, &table.radii, &groups(table), room, size)
             }
         })

@@ -218,6 +218,13 @@ pub fn compare(
     comparison
 }
 
+/// The last part of one run by itself; `None` if there is nothing that can be measured.
+pub fn measure(model: &Model, run: &Run) -> Option<Statistics> {
+    let frames = usable(model, run)?;
+    let region = Region::of(model, frames.last());
+    Some(Span::of(model, frames, &region)?.statistics)
+}
+
 /// The frames of a run, if all of them fit the model and are finite.
 fn usable<'a>(model: &Model, run: &'a Run) -> Option<&'a [Frame]> {
     let spheres = model.spheres.len();
@@ -338,7 +345,7 @@ impl Row {
     fn told(&self) -> String {
         let percent = |share: f64| significant(100.0 * share, 2);
         let name = self.quantity.name();
-        format!("{name} ({} % apart, {} % allowed)", percent(self.relative), percent(self.allowed))
+        format!("{name} {} % apart, {} % allowed", percent(self.relative), percent(self.allowed))
     }
 
     fn fault(&self) -> String {
@@ -400,9 +407,9 @@ impl Opponent {
             "All statistics of the last part of the run are within tolerance.".into()
         } else {
             format!(
-                "All statistics of the last part of the run agree; {} only within what chance \
-                 does to two runs of this bed.",
-                names.join(", ")
+                "All statistics of the last part of the run agree, some of them only within what \
+                 chance does to two runs of this bed: {}.",
+                names.join("; ")
             )
         })
     }

@@ -1,17 +1,18 @@
 //! The sections of the page: data in, finished texts and figures out.
 
 use super::chart::{Bars, Chart};
-use super::compare::{Comparison, Trajectory};
+use super::compare::{Comparison, Statistics, Trajectory, measure};
 use super::gallery::{self, Colouring};
 use super::number::{bytes, count, per_cent, significant, with_unit};
 use super::page::{PageInput, Table};
 use super::picture::Picture;
-use super::verdict::{Verdict, verdict};
+use super::verdict::{Verdict, span, verdict};
 use super::{ReportError, base64, curves};
 use crate::model::{Dimension, Frame, Model, Motion, Outcome, Run, StepReason, WallShape};
 use crate::num::Vec3;
 use crate::num::statistics::quantile;
 use serde::Serialize;
+use std::collections::BTreeSet;
 
 /// Grains shown in a gallery at most.
 const GALLERY: usize = 24;
@@ -102,6 +103,11 @@ impl Sections {
     /// Pictures come out `shrink` times smaller than they should.
     pub(super) fn of(input: &PageInput, shrink: usize) -> Result<Self, ReportError> {
         let runs: Vec<&Run> = input.ours.into_iter().chain(input.others).collect();
+        // With a comparison, the verdict shows what ours is like.
+        let own = match (input.model, input.ours, input.comparison) {
+            (Some(model), Some(ours), None) => measure(model, ours),
+            _ => None,
+        };
         Ok(Self {
             title: input.title.into(),
             version: input.version.into(),
@@ -110,9 +116,9 @@ impl Sections {
             grains: grains(input, shrink)?,
             clumps: clumps(input, shrink)?,
             packing: packing(input, shrink)?,
-            run: input.ours.and_then(run),
+            run: input.ours.map(|ours| run(ours, own.as_ref())),
             finals: finals(input, &runs, shrink)?,
-            trajectories: trajectories(input, &runs),
+            trajectories: trajectories(input, &runs, own.as_ref()),
             cost: cost(&runs),
             notes: notes(&runs),
             commands: input.commands.to_vec(),
@@ -209,9 +215,15 @@ fn contacts(model: &Model) -> Table {
 fn walls(model: &Model) -> Option<Table> {
     let row = |wall: &crate::model::Wall| {
         let shape = match &wall.shape {
-            WallShape::Plane { point, normal } => {
-                format!("plane through {}, normal {}", vector(point, "m"), vector(normal, ""))
-            }
+            WallShape::Plane { point, normal } => match wall.shape.axis_plane() {
+                Some((axis, place, side)) => {
+                    let (name, sign) = (["x", "y", "z"][axis], if side > 0.0 { "+" } else { "−" });
+                    format!("plane {name} = {}, faces {sign}{name}", with_unit(place, "m"))
+                }
+                None => {
+                    format!("plane through {}, normal {}", vector(point, "m"), vector(normal, ""))
+                }
+            },
             WallShape::Mesh { mesh } => format!("mesh of {} triangles", mesh.triangles.len()),
         };
         let motion = match &wall.motion {
@@ -326,13 +338,29 @@ fn clumps(input: &PageInput, shrink: usize) -> Result<Option<Plain>, ReportError
             "largest / D",
             "centroid error / D",
             "inertia error",
-            "method",
         ]),
-        rows: real.iter().map(|clump| fidelity_row(clump)).collect(),
+        rows: worst_first(&real).into_iter().map(fidelity_row).collect(),
     };
-    let mut remarks = shorten(&mut table, "clumps", "clumps/clumps.json");
-    remarks.push("D: equivalent-volume diameter of the solid.".into());
+    let mut remarks = vec!["D: equivalent-volume diameter of the solid.".to_owned()];
+    if table.rows.len() > ROWS {
+        let total = table.rows.len();
+        table.rows.truncate(ROWS);
+        remarks.push(format!(
+            "The {ROWS} of {total} clumps with the largest surface distance; all of them in \
+             clumps/clumps.json."
+        ));
+    }
     Ok(Some(Plain { facts: fidelity_facts(&real), figures, table: Some(table), remarks }))
+}
+
+/// The clumps with the largest surface distance first.
+fn worst_first<'a>(clumps: &[&'a crate::clump::Clump]) -> Vec<&'a crate::clump::Clump> {
+    let distance = |clump: &crate::clump::Clump| {
+        clump.fidelity.as_ref().map_or(0.0, |found| found.rms_distance / found.equivalent_diameter)
+    };
+    let mut sorted = clumps.to_vec();
+    sorted.sort_by(|a, b| distance(b).total_cmp(&distance(a)));
+    sorted
 }
 
 /// Range and median of all clumps.
@@ -342,6 +370,10 @@ fn fidelity_facts(clumps: &[&crate::clump::Clump]) -> Vec<[String; 2]> {
         fact("Clumps of several spheres", count(clumps.len() as u64)),
         fact("Spheres in a clump", spread_of(spheres, "")),
     ];
+    // What stands before the colon is the method, behind it what became of one clump.
+    let method = |clump: &&crate::clump::Clump| clump.method.split(':').next().map(str::to_owned);
+    let methods: BTreeSet<String> = clumps.iter().filter_map(method).collect();
+    facts.push(fact("Made by", Vec::from_iter(methods).join("; ")));
     let known: Vec<_> = clumps.iter().filter_map(|clump| clump.fidelity.as_ref()).collect();
     if !known.is_empty() {
         let share = |value: fn(&crate::clump::Fidelity) -> f64| {
@@ -375,7 +407,6 @@ fn fidelity_row(clump: &crate::clump::Clump) -> Vec<String> {
         }
         None => row.extend(std::iter::repeat_n("–".to_owned(), 5)),
     }
-    row.push(clump.method.clone());
     row
 }
 
@@ -451,7 +482,7 @@ fn outcome(run: &Run) -> String {
     }
 }
 
-fn run(run: &Run) -> Option<Plain> {
+fn run(run: &Run, own: Option<&Statistics>) -> Plain {
     let mut facts = vec![fact("Solver", run.solver.clone()), fact("Outcome", outcome(run))];
     if let Some(last) = run.series.last() {
         let worst = run.series.iter().map(|row| row.worst_overlap).fold(0.0, f64::max);
@@ -470,7 +501,21 @@ fn run(run: &Run) -> Option<Plain> {
         figures.extend(Figure::chart(&curves::energies(&run.series)));
         figures.extend(Figure::chart(&curves::energy_error(&run.series)));
     }
-    Some(Plain { facts, figures, ..Plain::default() })
+    let table = own.map(|own| Table {
+        columns: texts(&["quantity", "mean", "standard error over time"]),
+        rows: own
+            .means
+            .iter()
+            .filter(|mean| mean.value != 0.0)
+            .map(|mean| {
+                let unit = mean.quantity.unit();
+                let [value, error] = [mean.value, mean.time_error].map(|v| with_unit(v, unit));
+                vec![mean.quantity.name().to_owned(), value, error]
+            })
+            .collect(),
+    });
+    let remarks = own.map(span).into_iter().collect();
+    Plain { facts, figures, table, remarks }
 }
 
 fn finals(input: &PageInput, runs: &[&Run], shrink: usize) -> Result<Option<Plain>, ReportError> {
@@ -487,11 +532,15 @@ fn finals(input: &PageInput, runs: &[&Run], shrink: usize) -> Result<Option<Plai
         let caption = format!("t = {}", with_unit(frame.time, "s"));
         figures.push(Figure::picture(picture, solver, &caption)?);
     }
-    let remarks = vec!["The same body has the same colour everywhere.".into()];
+    let several = figures.len() > 1;
+    let remarks = several
+        .then(|| "The same body has the same colour everywhere.".to_owned())
+        .into_iter()
+        .collect();
     Ok((!figures.is_empty()).then(|| Plain { figures, remarks, ..Plain::default() }))
 }
 
-fn trajectories(input: &PageInput, runs: &[&Run]) -> Option<Plain> {
+fn trajectories(input: &PageInput, runs: &[&Run], own: Option<&Statistics>) -> Option<Plain> {
     let mut figures = Vec::new();
     if let Some(model) = input.model {
         if !model.walls.is_empty() {
@@ -500,6 +549,9 @@ fn trajectories(input: &PageInput, runs: &[&Run]) -> Option<Plain> {
         figures.extend(Figure::chart(&curves::kinetic(model, runs)));
     }
     let mut table = None;
+    if let (Some(own), Some(ours)) = (own.filter(|own| !own.forces.is_empty()), input.ours) {
+        figures.extend(Figure::chart(&curves::forces(&[(ours.solver.as_str(), own)])));
+    }
     if let Some(found) = input.comparison {
         figures.extend(Figure::chart(&curves::divergence(found)));
         let sides = std::iter::once(&found.ours).chain(found.others.iter().map(|o| &o.side));

@@ -113,7 +113,7 @@ fn realisations(found: &Comparison) -> String {
 }
 
 /// The time that statistics stand for.
-fn span(found: &Statistics) -> String {
+pub(super) fn span(found: &Statistics) -> String {
     let until = with_unit(found.until, "s");
     match found.frames {
         1 => format!("State at t = {until}."),
