@@ -230,9 +230,16 @@ pub struct Convert {
 /// `riprap view`.
 #[derive(Debug, Args)]
 pub struct View {
-    /// Mesh, clump, packing or state.
-    pub input: PathBuf,
+    /// Meshes, clumps, packings or states, drawn side by side; states to one scale.
+    #[arg(required = true, value_name = "FILE")]
+    pub inputs: Vec<PathBuf>,
     /// PNG file to write.
     #[arg(short, long, value_name = "PNG")]
     pub output: PathBuf,
+    /// Width of the picture of each file, pixels.
+    #[arg(long, value_name = "PIXELS", default_value_t = 800, value_parser = clap::value_parser!(u32).range(16..=4096))]
+    pub width: u32,
+    /// Height of the picture of each file, pixels.
+    #[arg(long, value_name = "PIXELS", default_value_t = 600, value_parser = clap::value_parser!(u32).range(16..=4096))]
+    pub height: u32,
 }

@@ -98,6 +98,8 @@ fn read_lines<R: BufRead>(mut lines: Lines<R>) -> Result<(Particles, Vec<String>
 }
 
 fn field_named(cell: &str) -> Field {
+    // A unit in brackets behind the name, "x [m]", is no part of it.
+    let cell = cell.split('[').next().unwrap_or(cell).trim();
     NAMES.iter().find(|(name, _)| *name == cell).map_or(Field::Other, |(_, field)| *field)
 }
 

@@ -7,27 +7,36 @@
 //!    that opens with the first contact and lasts
 //!    [`Tolerances::contact_durations`], they must agree to
 //!    [`Tolerances::trajectory`]. After it, parting is reported, not judged.
-//! 2. *Is it the same bed?* Statistics of the final state ([`statistics`]),
-//!    computed from sphere positions and velocities in the same way for every
-//!    run, must agree with ours to their tolerances.
+//! 2. *Is it the same bed?* Statistics ([`statistics`]) over the last part of the
+//!    run ([`span`]), computed from sphere positions and velocities in the same way
+//!    for every run, must agree with ours to their tolerances, or to what chance
+//!    does to runs that have parted ([`rows`]).
 //!
 //! A solver passes when it finished and both answers are yes. When no frame lies
 //! in the window, the first question counts as not answered and says so.
 //! Cost O(frames × spheres).
 
+pub mod region;
+pub mod rows;
+pub mod span;
 pub mod statistics;
+#[cfg(test)]
+mod tests;
 pub mod tolerances;
 pub mod trajectory;
 mod write;
 
-pub use statistics::{Quantity, Statistics};
+pub use rows::Realisations;
+pub use span::Statistics;
+pub use statistics::Quantity;
 pub use tolerances::Tolerances;
 pub use trajectory::{Divergence, Trajectory};
 
-use super::number::with_unit;
+use super::number::{significant, with_unit};
 use crate::model::{Cost, Frame, Model, Outcome, Run};
+use region::Region;
 use serde::{Deserialize, Serialize};
-use statistics::Region;
+use span::Span;
 
 /// Our own DEM in the scheme and law of another solver.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -59,6 +68,8 @@ pub struct Comparison {
     /// What kinetic energies are compared with, J: the largest of our run's kinetic
     /// energies, the potential energy it released, and the work of moving walls.
     pub energy_scale: f64,
+    /// What chance does to this bed.
+    pub realisations: Realisations,
     /// Our run.
     pub ours: Side,
     /// Each other solver.
@@ -72,7 +83,7 @@ pub struct Side {
     pub solver: String,
     /// How it ended.
     pub outcome: Outcome,
-    /// Final state; `None` if there is none that can be measured.
+    /// The last part of the run; `None` if there is none that can be measured.
     pub statistics: Option<Statistics>,
     /// What it cost.
     pub cost: Cost,
@@ -93,7 +104,7 @@ pub struct Opponent {
     pub against_ours: Trajectory,
     /// Sphere by sphere against the twin.
     pub twin: Option<TwinCheck>,
-    /// Final state against ours.
+    /// The last part of the run against ours.
     pub rows: Vec<Row>,
 }
 
@@ -112,7 +123,7 @@ pub struct TwinCheck {
     pub agrees: Option<bool>,
 }
 
-/// One quantity of the final state.
+/// One quantity over the last part of the run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// Which.
@@ -125,10 +136,13 @@ pub struct Row {
     pub relative: f64,
     /// What differences are divided by, in the unit of the quantity.
     pub scale: f64,
-    /// Largest |relative| that passes: the tolerance, or the scatter of chance where that is larger.
+    /// Largest |relative| that passes without regard to chance.
+    pub tolerance: f64,
+    /// Largest |relative| that passes: the tolerance, or `chance` where that is larger, but
+    /// no more than [`rows::MOST_CHANCE`] tolerances.
     pub allowed: f64,
-    /// The part of `allowed` that stands for chance: two standard errors of the
-    /// difference; 0 where trajectories still agree at the end.
+    /// What chance makes of |relative| between two runs of the same bed; 0 where
+    /// trajectories still agree at the end.
     pub chance: f64,
     /// |relative| ≤ allowed.
     pub passed: bool,
@@ -180,6 +194,8 @@ pub fn compare(
     let window_end = first_contact + tolerances.contact_durations * contact_duration;
     let last = usable(model, ours).and_then(|frames| frames.last());
     let region = Region::of(model, last);
+    let measure = |run: &Run| Span::of(model, usable(model, run)?, &region);
+    let our_span = measure(ours);
     let mut comparison = Comparison {
         title: model.title.clone(),
         tolerances: tolerances.clone(),
@@ -188,15 +204,25 @@ pub fn compare(
         first_contact,
         window_end,
         energy_scale: energy_scale(model, ours),
-        ours: side(model, ours, &region),
+        realisations: Realisations::of(model, ours, twins, measure, smallest_radius),
+        ours: side(ours, our_span.as_ref()),
         others: Vec::new(),
     };
     for (index, other) in others.iter().enumerate() {
         let twin = twins.iter().find(|twin| twin.of == index);
-        let opponent = oppose(model, ours, other, twin, &region, &comparison);
+        let their_span = measure(other);
+        let spans = [our_span.as_ref(), their_span.as_ref()];
+        let opponent = oppose(model, ours, other, twin, spans, &comparison);
         comparison.others.push(opponent);
     }
     comparison
+}
+
+/// The last part of one run by itself; `None` if there is nothing that can be measured.
+pub fn measure(model: &Model, run: &Run) -> Option<Statistics> {
+    let frames = usable(model, run)?;
+    let region = Region::of(model, frames.last());
+    Some(Span::of(model, frames, &region)?.statistics)
 }
 
 /// The frames of a run, if all of them fit the model and are finite.
@@ -214,12 +240,11 @@ fn usable<'a>(model: &Model, run: &'a Run) -> Option<&'a [Frame]> {
     (!run.frames.is_empty() && run.frames.iter().all(sound)).then_some(run.frames.as_slice())
 }
 
-fn side(model: &Model, run: &Run, region: &Region) -> Side {
-    let last = usable(model, run).and_then(|frames| frames.last());
+fn side(run: &Run, span: Option<&Span>) -> Side {
     Side {
         solver: run.solver.clone(),
         outcome: run.outcome.clone(),
-        statistics: last.map(|frame| Statistics::of(model, frame, region)),
+        statistics: span.map(|span| span.statistics.clone()),
         cost: run.cost,
         notes: run.notes.clone(),
     }
@@ -230,7 +255,7 @@ fn oppose(
     ours: &Run,
     other: &Run,
     twin: Option<&Twin>,
-    region: &Region,
+    spans: [Option<&Span>; 2],
     so_far: &Comparison,
 ) -> Opponent {
     let tolerances = &so_far.tolerances;
@@ -246,10 +271,11 @@ fn oppose(
     };
     let against_ours = pair(ours, other);
     let twin = twin.map(|twin| TwinCheck::new(twin, pair(&twin.run, other), so_far));
-    let side = side(model, other, region);
-    let parted = against_ours.leaves_at.is_some();
-    let rows = match (&so_far.ours.statistics, &side.statistics) {
-        (Some(a), Some(b)) => statistics::rows(a, b, so_far, parted),
+    let [our_span, their_span] = spans;
+    let side = side(other, their_span);
+    let parted = against_ours.worst.is_some_and(|worst| worst.largest > rows::APART);
+    let rows = match (our_span, their_span) {
+        (Some(a), Some(b)) => rows::rows(a, b, so_far, parted),
         _ => Vec::new(),
     };
     let mut opponent =
@@ -310,6 +336,41 @@ impl TwinCheck {
     }
 }
 
+impl Row {
+    /// True if it passes, but not within the tolerance alone.
+    pub fn leans_on_chance(&self) -> bool {
+        self.passed && self.allowed > self.tolerance && self.relative.abs() > self.tolerance
+    }
+
+    fn told(&self) -> String {
+        let percent = |share: f64| significant(100.0 * share, 2);
+        let name = self.quantity.name();
+        format!("{name} {} % apart, {} % allowed", percent(self.relative), percent(self.allowed))
+    }
+
+    fn fault(&self) -> String {
+        let percent = |share: f64| significant(100.0 * share, 3);
+        let limit = if self.chance > self.allowed {
+            format!(
+                ", although chance was given {} times the tolerance; two runs of this bed may \
+                 differ by {} %, so it takes more grains or more time to tell",
+                significant(rows::MOST_CHANCE, 2),
+                percent(self.chance)
+            )
+        } else if self.allowed > self.tolerance {
+            " with chance".to_owned()
+        } else {
+            String::new()
+        };
+        format!(
+            "{} differs by {} %, {} % allowed{limit}.",
+            self.quantity.name(),
+            percent(self.relative),
+            percent(self.allowed)
+        )
+    }
+}
+
 impl Opponent {
     /// Decides, and says why: faults first.
     fn judge(&mut self, so_far: &Comparison, our_end: f64, their_end: f64) {
@@ -322,20 +383,35 @@ impl Opponent {
             Some(twin) => remarks.push(twin.sentence(so_far)),
         }
         for row in self.rows.iter().filter(|row| !row.passed) {
-            faults.push(format!(
-                "{} differs by {:.2} %, {:.2} % allowed.",
-                row.quantity.name(),
-                100.0 * row.relative,
-                100.0 * row.allowed
-            ));
+            faults.push(row.fault());
         }
-        if !self.rows.is_empty() && self.rows.iter().all(|row| row.passed) {
-            remarks.push("All statistics of the final state are within tolerance.".into());
-        }
+        remarks.extend(self.statistics_that_pass());
         remarks.extend(self.against_ours.parting(so_far.window_end));
         self.passed = faults.is_empty();
         self.reasons = faults;
         self.reasons.append(&mut remarks);
+    }
+
+    /// The row of `quantity`, if it could be measured.
+    pub fn row(&self, quantity: Quantity) -> Option<&Row> {
+        self.rows.iter().find(|row| row.quantity == quantity)
+    }
+
+    fn statistics_that_pass(&self) -> Option<String> {
+        if self.rows.is_empty() || self.rows.iter().any(|row| !row.passed) {
+            return None;
+        }
+        let names: Vec<String> =
+            self.rows.iter().filter(|row| row.leans_on_chance()).map(Row::told).collect();
+        Some(if names.is_empty() {
+            "All statistics of the last part of the run are within tolerance.".into()
+        } else {
+            format!(
+                "All statistics of the last part of the run agree, some of them only within what \
+                 chance does to two runs of this bed: {}.",
+                names.join("; ")
+            )
+        })
     }
 
     fn faults_of_the_run(&self, so_far: &Comparison, our_end: f64, their_end: f64) -> Vec<String> {
@@ -403,141 +479,4 @@ fn energy_scale(model: &Model, ours: &Run) -> f64 {
     };
     let rows = ours.series.iter().flat_map(|row| [row.kinetic, row.wall_work.abs()]);
     kinetic.chain([released]).chain(rows).filter(|v| v.is_finite()).fold(0.0, f64::max)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::num::Vec3;
-    use crate::report::fixture;
-
-    fn scene() -> (Model, Run) {
-        let model = fixture::model(3);
-        let ours = fixture::run(&model, "riprap (leapfrog)", |_| Vec3::zeros());
-        (model, ours)
-    }
-
-    fn twin(run: &Run) -> Twin {
-        Twin { of: 0, scheme: "liggghts".into(), run: run.clone() }
-    }
-
-    #[test]
-    fn equal_runs_agree_in_everything() {
-        let (model, ours) = scene();
-        let other = Run { solver: "LIGGGHTS 3.8.0".into(), ..ours.clone() };
-        let found = compare(&model, &ours, &[other], &[twin(&ours)], &Tolerances::default());
-        assert!(found.passed(), "{:#?}", found.others[0].reasons);
-        assert_eq!(found.others[0].rows.len(), 8);
-        assert!(found.others[0].rows.iter().all(|row| row.relative == 0.0 && row.chance == 0.0));
-        assert_eq!(found.others[0].twin.as_ref().and_then(|t| t.worst_in_window), Some(0.0));
-    }
-
-    #[test]
-    fn a_wrong_computation_fails_and_says_so() {
-        let (model, ours) = scene();
-        // A hundredth of a radius off from the first frame on.
-        let shift = |step: u64| if step > 0 { Vec3::x() * 5e-5 } else { Vec3::zeros() };
-        let other = fixture::run(&model, "LIGGGHTS 3.8.0", shift);
-        let found = compare(&model, &ours, &[other], &[twin(&ours)], &Tolerances::default());
-        let opponent = &found.others[0];
-        assert!(!found.passed());
-        assert!(opponent.rows.iter().all(|row| row.passed), "the bed is the same");
-        assert!(opponent.reasons[0].contains("Not the same computation"), "{:?}", opponent.reasons);
-        let worst = opponent.twin.as_ref().and_then(|t| t.worst_in_window).expect("frames");
-        assert!((worst - 0.01).abs() < 1e-9);
-    }
-
-    #[test]
-    fn parting_after_the_window_is_chaos_not_failure() {
-        let (model, ours) = scene();
-        let late = |step: u64| Vec3::x() * (5e-5 * f64::from(u8::from(step >= 800)));
-        let other = fixture::run(&model, "LIGGGHTS 3.8.0", late);
-        let tolerances = Tolerances { contact_durations: 10.0, ..Tolerances::default() };
-        let found = compare(&model, &ours, &[other], &[twin(&ours)], &tolerances);
-        // tc = π √(m/2 / kn), m = ρ 4/3 π r³.
-        let mass = 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * 0.005_f64.powi(3);
-        let expected = std::f64::consts::PI * (0.5 * mass / 1e5_f64).sqrt();
-        assert!((found.contact_duration / expected - 1.0).abs() < 1e-12);
-        assert!(found.window_end < 8e-3 && found.window_end > 1e-3, "{}", found.window_end);
-        assert!(found.passed(), "{:?}", found.others[0].reasons);
-        assert!(found.others[0].reasons.iter().any(|r| r.contains("chaotic")));
-    }
-
-    #[test]
-    fn a_lifted_bed_fails_by_its_height_alone() {
-        let (model, ours) = scene();
-        let other = fixture::run(&model, "YADE", |step| Vec3::z() * (3e-6 * step as f64));
-        let found = compare(&model, &ours, &[other], &[], &Tolerances::default());
-        let failed: Vec<_> =
-            found.others[0].rows.iter().filter(|row| !row.passed).map(|r| r.quantity).collect();
-        assert_eq!(failed, [Quantity::TopHeight, Quantity::MeanHeight, Quantity::Porosity]);
-        let top = found.others[0].rows[0];
-        assert!((top.theirs - top.ours - 3e-3).abs() < 1e-12);
-    }
-
-    #[test]
-    fn kinetic_energy_is_held_against_what_was_put_in() {
-        let (model, ours) = scene();
-        let mut other = ours.clone();
-        let last = other.frames.last_mut().expect("eleven frames");
-        last.bodies[0].velocity = Vec3::x() * 1e-4;
-        let found = compare(&model, &ours, &[other], &[], &Tolerances::default());
-        let row = found.others[0].rows.iter().find(|r| r.quantity == Quantity::Kinetic);
-        let row = row.expect("kinetic energy is always there");
-        assert!(row.ours == 0.0 && row.theirs > 0.0 && row.passed && row.relative < 1e-6);
-        assert!((found.energy_scale - 1e-3).abs() < 1e-12);
-    }
-
-    #[test]
-    fn broken_runs_fail_without_spreading_bad_numbers() {
-        let (model, ours) = scene();
-        let mut bad = ours.clone();
-        bad.frames[4].centres[2].y = f64::NAN;
-        let mut none = ours.clone();
-        none.frames.clear();
-        none.outcome = Outcome::Failed { reason: "lost atoms".into() };
-        let mut short = ours.clone();
-        short.frames.truncate(6);
-        let found = compare(&model, &ours, &[bad, none, short], &[], &Tolerances::default());
-        assert!(found.others.iter().all(|other| !other.passed));
-        assert!(found.others[1].reasons[0].contains("lost atoms"));
-        assert!(found.others[2].reasons.iter().any(|r| r.contains("ended at")));
-        let json = serde_json::to_string(&found).expect("finite numbers");
-        assert!(!json.contains("null,null"), "no NaN was written as null");
-        assert!(!found.csv().contains("NaN"));
-    }
-
-    #[test]
-    fn nothing_compared_is_no_pass() {
-        let (model, ours) = scene();
-        assert!(!compare(&model, &ours, &[], &[], &Tolerances::default()).passed());
-    }
-
-    #[test]
-    fn too_few_frames_leave_the_question_open() {
-        let (model, mut ours) = scene();
-        let mut other = fixture::run(&model, "YADE", |step| Vec3::x() * (5e-8 * step as f64));
-        for run in [&mut ours, &mut other] {
-            run.frames.retain(|frame| frame.step % 1000 == 0);
-        }
-        let tolerances = Tolerances { contact_durations: 5.0, ..Tolerances::default() };
-        let found = compare(&model, &ours, &[other], &[twin(&ours)], &tolerances);
-        assert_eq!(found.others[0].twin.as_ref().and_then(|t| t.agrees), None);
-        assert!(found.others[0].reasons.iter().any(|r| r.contains("not answered")));
-    }
-
-    #[test]
-    fn files_read_back() {
-        let (model, ours) = scene();
-        let other = Run { solver: "LIGGGHTS 3.8.0, \"our\" build".into(), ..ours.clone() };
-        let found = compare(&model, &ours, &[other], &[twin(&ours)], &Tolerances::default());
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        found.write(folder.path()).expect("writable");
-        let json = std::fs::read(folder.path().join("compare.json")).expect("written");
-        assert_eq!(serde_json::from_slice::<Comparison>(&json).expect("JSON"), found);
-        let csv = std::fs::read_to_string(folder.path().join("compare.csv")).expect("written");
-        assert!(csv.contains("\"LIGGGHTS 3.8.0, \"\"our\"\" build\",porosity,,"));
-        let names = std::fs::read_dir(folder.path()).expect("there").count();
-        assert_eq!(names, 2, "no temporary is left behind");
-    }
 }

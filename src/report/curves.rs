@@ -1,13 +1,15 @@
 //! The charts of a report, from runs, comparisons and clumps.
 
 use super::chart::{Axis, Bars, Chart, Series};
-use super::compare::statistics::Statistics;
+use super::compare::Statistics;
+use super::compare::region::Region;
 use super::compare::{Comparison, Trajectory};
-use super::gallery::upwards;
 use super::number::with_unit;
 use crate::clump::Clump;
-use crate::model::{Model, Run, SeriesRow};
-use crate::num::statistics::quantile;
+use crate::model::{Cost, Model, Run, SeriesRow};
+use crate::num::Vec3;
+use crate::num::statistics::{median, quantile};
+use std::collections::BTreeMap;
 
 fn line(name: impl Into<String>, points: Vec<(f64, f64)>) -> Series {
     Series { name: name.into(), points, dots: false }
@@ -65,22 +67,34 @@ pub fn energy_error(rows: &[SeriesRow]) -> Chart {
     }
 }
 
-/// Top of the bed (95 % quantile of sphere tops, along up) over time for every run.
+/// Top of the bed (95 % quantile of sphere tops above the floor) over time for every run.
 pub fn heights(model: &Model, runs: &[&Run]) -> Chart {
-    let up = upwards(model);
+    let region = Region::of(model, runs.first().and_then(|run| run.frames.last()));
+    let top = |centre: &Vec3, radius: f64| centre.dot(&region.up) - region.base + radius;
     over_frames("Top of the bed", "height of the top (95 %)", "m", runs, |frame| {
-        let tops: Vec<f64> =
-            frame.centres.iter().zip(&model.spheres).map(|(c, s)| c.dot(&up) + s.radius).collect();
+        let spheres = frame.centres.iter().zip(&model.spheres);
+        let tops: Vec<f64> = spheres.map(|(centre, s)| top(centre, s.radius)).collect();
         quantile(&tops, 0.95).unwrap_or(f64::NAN)
     })
 }
 
-/// Kinetic energy over time for every run.
+/// Kinetic energy below this part of the largest is rest and not drawn.
+const QUIET: f64 = 1e-10;
+
+/// Kinetic energy over time for every run; on a logarithmic axis where it changes much.
 pub fn kinetic(model: &Model, runs: &[&Run]) -> Chart {
     let mut chart = over_frames("Kinetic energy", "kinetic energy", "J", runs, |frame| {
         frame.kinetic_energy(model)
     });
-    chart.y.log = true;
+    let all = || chart.series.iter().flat_map(|series| &series.points).map(|point| point.1);
+    let most = all().filter(|v| v.is_finite()).fold(0.0, f64::max);
+    let least = all().filter(|v| *v > most * QUIET).fold(most, f64::min);
+    chart.y.log = least < 0.03 * most;
+    if chart.y.log {
+        for point in chart.series.iter_mut().flat_map(|series| &mut series.points) {
+            point.1 = if point.1 > most * QUIET { point.1 } else { f64::NAN };
+        }
+    }
     chart
 }
 
@@ -102,11 +116,16 @@ fn over_frames(
     }
 }
 
+/// Smallest radii below which a difference is less than one rounding of a coordinate.
+const ROUNDING: f64 = 1e-16;
+
 /// Largest position difference over time: each solver against its twin, and against our run.
 pub fn divergence(comparison: &Comparison) -> Chart {
     let curve = |name: String, trajectory: &Trajectory| {
-        let points: Vec<_> = trajectory.points.iter().map(|p| (p.time, p.largest)).collect();
-        let equal = !points.is_empty() && points.iter().all(|point| point.1 == 0.0);
+        // Every run starts from the same state: time 0 says nothing.
+        let late = trajectory.points.iter().filter(|point| point.time > 0.0);
+        let equal = late.clone().count() > 0 && late.clone().all(|point| point.largest == 0.0);
+        let points = late.map(|point| (point.time, point.largest.max(ROUNDING))).collect();
         line(if equal { format!("{name}: equal to the last bit") } else { name }, points)
     };
     let mut series = Vec::new();
@@ -118,13 +137,16 @@ pub fn divergence(comparison: &Comparison) -> Chart {
         }
         series.push(curve(format!("{name} – ours"), &other.against_ours));
     }
+    let end = series.iter().flat_map(|s| &s.points).map(|point| point.0).fold(0.0, f64::max);
+    let until = Some(comparison.window_end).filter(|time| *time < end);
     Chart {
         title: "How far trajectories are apart".into(),
         caption: format!(
             "Largest distance of any sphere from where the other run has it, in radii of the \
-             smallest sphere. Times at which two runs agree to the last bit are not drawn. Twins are \
-             judged until t = {}.",
-            with_unit(comparison.window_end, "s")
+             smallest sphere; less than a rounding of a coordinate is drawn at 1e-16. {}",
+            until.map_or("Twins are judged over the whole run.".to_owned(), |time| {
+                format!("Twins are judged until t = {}.", with_unit(time, "s"))
+            })
         ),
         x: Axis::linear("time", "s"),
         y: Axis::log("largest distance / smallest radius", ""),
@@ -145,7 +167,7 @@ pub fn forces(sides: &[(&str, &Statistics)]) -> Chart {
             .collect()
     };
     Chart {
-        title: "Contact forces of the final state".into(),
+        title: "Contact forces in the last frame".into(),
         caption: "Share of the contacts between spheres that carry at least this normal force \
                   (elastic part, from the overlaps, in the same way for every run)."
             .into(),
@@ -156,13 +178,20 @@ pub fn forces(sides: &[(&str, &Statistics)]) -> Chart {
     }
 }
 
+/// CPU seconds, or wall-clock seconds below what the clock of CPU time resolves.
+fn cpu_seconds(cost: &Cost) -> f64 {
+    cost.cpu_seconds.max(cost.wall_seconds.min(0.01))
+}
+
 /// CPU seconds of every run.
 pub fn cpu(runs: &[&Run]) -> Bars {
     Bars {
         title: "CPU time".into(),
-        caption: "User and system time of the whole run: start-up and output included.".into(),
+        caption: "User and system time of the whole run: start-up and output included. Our run \
+                  makes no process of its own; times under 10 ms are wall-clock time."
+            .into(),
         unit: "s".into(),
-        bars: runs.iter().map(|run| (run.solver.clone(), run.cost.cpu_seconds)).collect(),
+        bars: runs.iter().map(|run| (run.solver.clone(), cpu_seconds(&run.cost))).collect(),
     }
 }
 
@@ -191,26 +220,26 @@ pub fn work_precision(
     }
 }
 
-/// Root mean square surface distance of clumps, in equivalent diameters, over
-/// their number of spheres; `None` unless at least two have errors.
+/// Median errors of clumps over their number of spheres; `None` unless at least
+/// two numbers of spheres are there. Grains that one sphere stands for are left out.
 pub fn fidelity(clumps: &[Clump]) -> Option<Chart> {
     let sorted = |value: fn(&crate::clump::Fidelity) -> f64| {
-        let mut points: Vec<(f64, f64)> = clumps
-            .iter()
-            .filter_map(|clump| {
-                let found = clump.fidelity.as_ref()?;
-                Some((clump.balls.len() as f64, value(found)))
-            })
-            .collect();
-        points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-        points
+        let mut groups: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+        for clump in clumps.iter().filter(|clump| clump.balls.len() > 1) {
+            if let Some(found) = &clump.fidelity {
+                groups.entry(clump.balls.len()).or_default().push(value(found));
+            }
+        }
+        let point = |(count, values): (usize, Vec<f64>)| Some((count as f64, median(&values)?));
+        groups.into_iter().filter_map(point).collect::<Vec<_>>()
     };
+    let line = |name: &str, points| Series { name: name.into(), points, dots: true };
     let distance = sorted(|f| f.rms_distance / f.equivalent_diameter);
     let counts_differ = distance.first().map(|p| p.0) != distance.last().map(|p| p.0);
     counts_differ.then(|| Chart {
         title: "Errors of the clumps over their number of spheres".into(),
-        caption: "Surface distance over the equivalent-volume diameter; volume and inertia \
-                  relative to the solid. One entry a clump."
+        caption: "Median over all clumps with that many spheres. Surface distance over the \
+                  equivalent-volume diameter; volume and inertia relative to the solid."
             .into(),
         x: Axis::linear("spheres in the clump", ""),
         y: Axis::log("error", ""),
@@ -226,7 +255,6 @@ pub fn fidelity(clumps: &[Clump]) -> Option<Chart> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::num::Vec3;
     use crate::report::fixture;
 
     #[test]

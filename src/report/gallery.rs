@@ -26,26 +26,43 @@ pub enum Colouring {
 }
 
 /// A picture of a surface.
-pub fn view_mesh(mesh: &Mesh) -> Picture {
-    solid_picture(mesh, 800, 600)
+pub fn view_mesh(mesh: &Mesh, [width, height]: [usize; 2]) -> Picture {
+    let items = [Item::Surface { mesh: Cow::Borrowed(mesh), colour: colour::STONE }];
+    render(&items, &grounded(&items, width, height))
 }
 
 /// A picture of spheres: `centres` and `radii` in m, one entry each a sphere;
 /// spheres with the same entry in `groups` (body, clump) get the same tone.
-/// The shortest list counts; without groups every sphere is its own.
-pub fn view_spheres(centres: &[Vec3], radii: &[f64], groups: &[u32]) -> Picture {
+/// The shortest list counts; without groups every sphere is its own. `room`: what
+/// the picture must have room for besides (the same room gives the same scale).
+/// More than two spheres at one z are discs, seen from +z.
+pub fn view_spheres(
+    centres: &[Vec3],
+    radii: &[f64],
+    groups: &[u32],
+    room: Option<Bounds>,
+    [width, height]: [usize; 2],
+) -> Picture {
+    let flat = centres.len() > 2 && centres.iter().all(|centre| centre.z == centres[0].z);
     let tone = |index: usize| colour::body(groups.get(index).map_or(index, |g| *g as usize));
     let items: Vec<Item> = centres
         .iter()
         .zip(radii)
         .enumerate()
-        .map(|(index, (centre, radius))| Item::Ball {
-            centre: *centre,
-            radius: *radius,
-            colour: tone(index),
+        .map(|(index, (centre, radius))| {
+            let (centre, radius, colour) = (*centre, *radius, tone(index));
+            match flat {
+                true => Item::Disc { centre, radius, colour, turn: None },
+                false => Item::Ball { centre, radius, colour },
+            }
         })
         .collect();
-    render(&items, &grounded(&items, 800, 600))
+    let mut style = grounded(&items, width, height);
+    style.room = room;
+    if flat {
+        (style.view, style.ground) = (View::flat(), None);
+    }
+    render(&items, &style)
 }
 
 /// A clump beside its solid, both in the frame of the solid and to the same scale.
@@ -77,11 +94,6 @@ pub fn solid_beside_clump(solid: &Solid, clump: &Clump, width: usize, height: us
         })
         .collect();
     Picture::beside(&[half(&[surface]), half(&spheres)])
-}
-
-fn solid_picture(mesh: &Mesh, width: usize, height: usize) -> Picture {
-    let items = [Item::Surface { mesh: Cow::Borrowed(mesh), colour: colour::STONE }];
-    render(&items, &grounded(&items, width, height))
 }
 
 /// An oblique view of things that lie on a ground just beneath them.
@@ -261,7 +273,8 @@ fn walls(
 }
 
 /// What the picture shows: the spheres, extended to axis-aligned planes that
-/// are not much farther away than the spheres reach.
+/// are not much farther away than the spheres reach, and to mesh walls, of these
+/// no more upwards than the height of the bed again.
 fn container(model: &Model, frame: &Frame) -> Bounds {
     let mut bounds = Bounds::EMPTY;
     for (centre, sphere) in frame.centres.iter().zip(&model.spheres) {
@@ -274,6 +287,7 @@ fn container(model: &Model, frame: &Frame) -> Bounds {
         bounds = model.domain;
     }
     let (spheres, far) = (bounds, 1.5 * bounds.diagonal());
+    bounds = bounds.union(&meshes(model, frame, &bounds));
     for wall in &model.walls {
         let (WallShape::Plane { point, .. }, Some((axis, _, side))) =
             (&wall.shape, wall.shape.axis_plane())
@@ -290,6 +304,27 @@ fn container(model: &Model, frame: &Frame) -> Bounds {
     }
     if model.dimension == Dimension::Two {
         (bounds.low.z, bounds.high.z) = (0.0, 0.0);
+    }
+    bounds
+}
+
+/// What mesh walls reach to, cut off above the spheres by their height again.
+fn meshes(model: &Model, frame: &Frame, spheres: &Bounds) -> Bounds {
+    let mut bounds = Bounds::EMPTY;
+    for wall in &model.walls {
+        if let WallShape::Mesh { mesh } = &wall.shape {
+            for vertex in &mesh.vertices {
+                bounds = bounds.with(&wall.motion.place(vertex, frame.time));
+            }
+        }
+    }
+    let up = upwards(model);
+    let axis = up.iamax();
+    let height = 1.2 * spheres.size()[axis];
+    if up[axis] > 0.0 {
+        bounds.high[axis] = bounds.high[axis].min(spheres.high[axis] + height);
+    } else {
+        bounds.low[axis] = bounds.low[axis].max(spheres.low[axis] - height);
     }
     bounds
 }
@@ -370,7 +405,7 @@ mod tests {
         let (left, right) = (picture.pixel(30, 30), picture.pixel(90, 30));
         assert!(left[0] > left[2], "stone is warm, {left:?}");
         assert!(right[2] > right[0], "clumps are blue, {right:?}");
-        assert_eq!(view_spheres(&[Vec3::zeros()], &[1.0], &[]).width, 800);
+        assert_eq!(view_spheres(&[Vec3::zeros()], &[1.0], &[], None, [80, 60]).width, 80);
     }
 
     #[test]

@@ -24,6 +24,7 @@ pub mod picture;
 pub mod raster;
 mod sections;
 mod shade;
+mod verdict;
 
 use std::path::{Path, PathBuf};
 

@@ -100,7 +100,7 @@ pub struct Style {
     /// A point of the ground that takes shadows; up is that of the view.
     pub ground: Option<Vec3>,
     /// Room that the picture must have, items or not: the same room gives
-    /// pictures of different states the same scale.
+    /// pictures of different states the same scale. Veils may run out of it.
     pub room: Option<Bounds>,
     /// Colour bar.
     pub key: Option<Key>,
@@ -116,7 +116,9 @@ impl Style {
 /// Draws `items`. Items with numbers that are not finite are left out.
 pub fn render(items: &[Item], style: &Style) -> Picture {
     let (width, height) = (style.width.max(1) * FINE, style.height.max(1) * FINE);
-    let content = extent(items).chain(style.room.iter().flat_map(corners_of));
+    let veils = style.room.is_none();
+    let shown = items.iter().filter(|item| veils || !matches!(item, Item::Veil { .. }));
+    let content = extent(shown).chain(style.room.iter().flat_map(corners_of));
     let camera = Camera::fitting(&style.view, content, width as f64, height as f64, 0.045);
     let mut canvas = Canvas::new(width, height);
     draw_solids(items, &camera, &mut canvas);
@@ -135,9 +137,11 @@ pub fn render(items: &[Item], style: &Style) -> Picture {
 }
 
 /// Balls around everything that must be in the picture.
-pub(super) fn extent<'a>(items: &'a [Item]) -> impl Iterator<Item = (Vec3, f64)> + 'a {
+pub(super) fn extent<'a>(
+    items: impl IntoIterator<Item = &'a Item<'a>>,
+) -> impl Iterator<Item = (Vec3, f64)> {
     items
-        .iter()
+        .into_iter()
         .flat_map(|item| -> Box<dyn Iterator<Item = (Vec3, f64)> + 'a> {
             match item {
                 Item::Ball { centre, radius, .. } | Item::Disc { centre, radius, .. } => {

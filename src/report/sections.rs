@@ -1,20 +1,23 @@
 //! The sections of the page: data in, finished texts and figures out.
 
 use super::chart::{Bars, Chart};
-use super::compare::{Comparison, Opponent, Quantity, Row, Trajectory};
+use super::compare::{Comparison, Statistics, Trajectory, measure};
 use super::gallery::{self, Colouring};
 use super::number::{bytes, count, per_cent, significant, with_unit};
 use super::page::{PageInput, Table};
 use super::picture::Picture;
+use super::verdict::{Verdict, span, verdict};
 use super::{ReportError, base64, curves};
 use crate::model::{Dimension, Frame, Model, Motion, Outcome, Run, StepReason, WallShape};
 use crate::num::Vec3;
+use crate::num::statistics::quantile;
 use serde::Serialize;
+use std::collections::BTreeSet;
 
 /// Grains shown in a gallery at most.
 const GALLERY: usize = 24;
 /// Rows of tables of grains at most.
-const ROWS: usize = 40;
+const ROWS: usize = 12;
 
 /// Everything the template sees.
 #[derive(Serialize)]
@@ -72,39 +75,6 @@ struct Plain {
 }
 
 #[derive(Serialize)]
-struct Verdict {
-    passed: bool,
-    line: String,
-    rules: Vec<String>,
-    solvers: Vec<Opinion>,
-    ours: String,
-    rows: Vec<VerdictRow>,
-    missing: Vec<String>,
-}
-
-#[derive(Serialize)]
-struct Opinion {
-    name: String,
-    passed: bool,
-    reasons: Vec<String>,
-}
-
-#[derive(Serialize)]
-struct VerdictRow {
-    quantity: String,
-    ours: String,
-    cells: Vec<Cell>,
-}
-
-#[derive(Serialize)]
-struct Cell {
-    value: String,
-    difference: String,
-    allowed: String,
-    passed: bool,
-}
-
-#[derive(Serialize)]
 struct Scene {
     facts: Vec<[String; 2]>,
     has: Vec<String>,
@@ -133,6 +103,11 @@ impl Sections {
     /// Pictures come out `shrink` times smaller than they should.
     pub(super) fn of(input: &PageInput, shrink: usize) -> Result<Self, ReportError> {
         let runs: Vec<&Run> = input.ours.into_iter().chain(input.others).collect();
+        // With a comparison, the verdict shows what ours is like.
+        let own = match (input.model, input.ours, input.comparison) {
+            (Some(model), Some(ours), None) => measure(model, ours),
+            _ => None,
+        };
         Ok(Self {
             title: input.title.into(),
             version: input.version.into(),
@@ -141,90 +116,14 @@ impl Sections {
             grains: grains(input, shrink)?,
             clumps: clumps(input, shrink)?,
             packing: packing(input, shrink)?,
-            run: input.ours.and_then(run),
+            run: input.ours.map(|ours| run(ours, own.as_ref())),
             finals: finals(input, &runs, shrink)?,
-            trajectories: trajectories(input, &runs),
+            trajectories: trajectories(input, &runs, own.as_ref()),
             cost: cost(&runs),
             notes: notes(&runs),
             commands: input.commands.to_vec(),
         })
     }
-}
-
-fn verdict(found: &Comparison, missing: &[String]) -> Verdict {
-    let statistics = found.ours.statistics.as_ref();
-    let cell = |row: &Row| Cell {
-        value: with_unit(row.theirs, row.quantity.unit()),
-        difference: per_cent(row.relative),
-        allowed: format!("{} %", significant(row.allowed * 100.0, 3)),
-        passed: row.passed,
-    };
-    let absent = || Cell {
-        value: "–".into(),
-        difference: String::new(),
-        allowed: String::new(),
-        passed: false,
-    };
-    let rows = Quantity::ALL
-        .into_iter()
-        .filter_map(|quantity| {
-            let ours = statistics?.value(quantity)?;
-            let find = |other: &Opponent| {
-                other.rows.iter().find(|row| row.quantity == quantity).map_or_else(absent, cell)
-            };
-            Some(VerdictRow {
-                quantity: quantity.name().into(),
-                ours: with_unit(ours, quantity.unit()),
-                cells: found.others.iter().map(find).collect(),
-            })
-        })
-        .collect();
-    Verdict {
-        passed: found.passed(),
-        line: found.verdict(),
-        rules: rules(found),
-        solvers: found
-            .others
-            .iter()
-            .map(|other| Opinion {
-                name: other.side.solver.clone(),
-                passed: other.passed,
-                reasons: other.reasons.clone(),
-            })
-            .collect(),
-        ours: found.ours.solver.clone(),
-        rows,
-        missing: missing.to_vec(),
-    }
-}
-
-/// How the verdict comes about, for people.
-fn rules(found: &Comparison) -> Vec<String> {
-    let asked = &found.tolerances;
-    vec![
-        format!(
-            "Same computation? Each solver is compared, sphere by sphere, with its twin: our DEM run \
-             in that solver's own scheme and contact law. From the first contact (t = {}) until {} \
-             durations of the shortest contact later (t = {}), no sphere may be farther away than \
-             {} smallest radii. Many-body contact is chaotic: one rounding error grows e-fold within \
-             some ten contact durations, so trajectories that part later prove nothing; they are \
-             shown, not judged.",
-            with_unit(found.first_contact, "s"),
-            significant(asked.contact_durations, 3),
-            with_unit(found.window_end, "s"),
-            significant(asked.trajectory, 2),
-        ),
-        "Same bed? Statistics of the final state, computed from positions and velocities in the same \
-         way for every solver, must agree with our run within the tolerances. Once trajectories have \
-         parted, coordination and contact forces may also differ by chance: two standard errors of \
-         the difference are allowed where that is more than the tolerance."
-            .into(),
-        format!(
-            "Heights are compared with the height of our bed, kinetic energy with the energy that was \
-             put in ({}), all else with our value.",
-            with_unit(found.energy_scale, "J")
-        ),
-    ]
 }
 
 fn vector(v: &Vec3, unit: &str) -> String {
@@ -284,14 +183,22 @@ fn materials(model: &Model) -> Table {
         rows: model
             .materials
             .iter()
-            .map(|material| vec![material.name.clone(), significant(material.density, 5)])
+            .map(|material| {
+                let known = material.density > 0.0;
+                let density = if known { significant(material.density, 5) } else { "–".into() };
+                vec![material.name.clone(), density]
+            })
             .collect(),
     }
 }
 
 fn contacts(model: &Model) -> Table {
     let materials = model.materials.len();
+    let of_bodies = |index: usize| model.bodies.iter().any(|b| usize::from(b.material) == index);
+    let used: Vec<bool> = (0..materials).map(of_bodies).collect();
     let pairs = (0..materials).flat_map(|a| (a..materials).map(move |b| (a, b)));
+    // Walls never touch walls.
+    let pairs = pairs.filter(|(a, b)| used[*a] || used[*b]);
     Table {
         columns: texts(&["pair", "kn, N/m", "kt, N/m", "cn, N s/m", "ct, N s/m", "friction"]),
         rows: pairs
@@ -308,9 +215,15 @@ fn contacts(model: &Model) -> Table {
 fn walls(model: &Model) -> Option<Table> {
     let row = |wall: &crate::model::Wall| {
         let shape = match &wall.shape {
-            WallShape::Plane { point, normal } => {
-                format!("plane through {}, normal {}", vector(point, "m"), vector(normal, ""))
-            }
+            WallShape::Plane { point, normal } => match wall.shape.axis_plane() {
+                Some((axis, place, side)) => {
+                    let (name, sign) = (["x", "y", "z"][axis], if side > 0.0 { "+" } else { "−" });
+                    format!("plane {name} = {}, faces {sign}{name}", with_unit(place, "m"))
+                }
+                None => {
+                    format!("plane through {}, normal {}", vector(point, "m"), vector(normal, ""))
+                }
+            },
             WallShape::Mesh { mesh } => format!("mesh of {} triangles", mesh.triangles.len()),
         };
         let motion = match &wall.motion {
@@ -339,7 +252,32 @@ fn grains(input: &PageInput, shrink: usize) -> Result<Option<Plain>, ReportError
     let mut table = input.shape_table.cloned().unwrap_or_else(|| shape_table(input));
     let remarks = shorten(&mut table, "grains", "shapes/shapes.csv");
     let figures = vec![Figure::picture(&picture, "Grains", &caption)?];
-    Ok(Some(Plain { figures, table: Some(table), remarks, ..Plain::default() }))
+    Ok(Some(Plain { facts: shape_facts(input), figures, table: Some(table), remarks }))
+}
+
+/// Range and median of all grains.
+fn shape_facts(input: &PageInput) -> Vec<[String; 2]> {
+    let sizes: Vec<[f64; 2]> = input.solids.iter().map(size_and_sphericity).collect();
+    let range = |at: usize, unit: &str| spread_of(sizes.iter().map(|size| size[at]), unit);
+    vec![
+        fact("Distinct grains", count(input.solids.len() as u64)),
+        fact("Equivalent diameter", range(0, "m")),
+        fact("Sphericity (Wadell)", range(1, "")),
+    ]
+}
+
+/// Diameter of the sphere of equal volume, m, and its surface over that of the solid.
+fn size_and_sphericity(solid: &crate::shape::Solid) -> [f64; 2] {
+    let diameter = (6.0 * solid.mass.volume / std::f64::consts::PI).cbrt();
+    [diameter, std::f64::consts::PI * diameter * diameter / solid.mesh.area()]
+}
+
+/// "9.1 mm to 12.8 mm, median 10.9 mm".
+fn spread_of(values: impl Iterator<Item = f64>, unit: &str) -> String {
+    let values: Vec<f64> = values.collect();
+    let at = |fraction| with_unit(quantile(&values, fraction).unwrap_or(0.0), unit);
+    let (least, most) = (at(0.0), at(1.0));
+    if least == most { most } else { format!("{least} to {most}, median {}", at(0.5)) }
 }
 
 /// Cuts a table to what a page can hold and says where the rest is.
@@ -354,13 +292,11 @@ fn shorten(table: &mut Table, what: &str, file: &str) -> Vec<String> {
 
 fn shape_table(input: &PageInput) -> Table {
     let row = |solid: &crate::shape::Solid| {
-        let (volume, area) = (solid.mass.volume, solid.mesh.area());
-        let diameter = (6.0 * volume / std::f64::consts::PI).cbrt();
-        let sphericity = std::f64::consts::PI * diameter * diameter / area;
+        let [diameter, sphericity] = size_and_sphericity(solid);
         vec![
             solid.name.clone(),
             with_unit(diameter, "m"),
-            significant(volume, 4),
+            significant(solid.mass.volume, 4),
             significant(sphericity, 3),
             solid.mesh.triangles.len().to_string(),
             solid.recipe.clone(),
@@ -402,13 +338,56 @@ fn clumps(input: &PageInput, shrink: usize) -> Result<Option<Plain>, ReportError
             "largest / D",
             "centroid error / D",
             "inertia error",
-            "method",
         ]),
-        rows: real.iter().map(|clump| fidelity_row(clump)).collect(),
+        rows: worst_first(&real).into_iter().map(fidelity_row).collect(),
     };
-    let mut remarks = shorten(&mut table, "clumps", "clumps/clumps.json");
-    remarks.push("D: equivalent-volume diameter of the solid.".into());
-    Ok(Some(Plain { figures, table: Some(table), remarks, ..Plain::default() }))
+    let mut remarks = vec!["D: equivalent-volume diameter of the solid.".to_owned()];
+    if table.rows.len() > ROWS {
+        let total = table.rows.len();
+        table.rows.truncate(ROWS);
+        remarks.push(format!(
+            "The {ROWS} of {total} clumps with the largest surface distance; all of them in \
+             clumps/clumps.json."
+        ));
+    }
+    Ok(Some(Plain { facts: fidelity_facts(&real), figures, table: Some(table), remarks }))
+}
+
+/// The clumps with the largest surface distance first.
+fn worst_first<'a>(clumps: &[&'a crate::clump::Clump]) -> Vec<&'a crate::clump::Clump> {
+    let distance = |clump: &crate::clump::Clump| {
+        clump.fidelity.as_ref().map_or(0.0, |found| found.rms_distance / found.equivalent_diameter)
+    };
+    let mut sorted = clumps.to_vec();
+    sorted.sort_by(|a, b| distance(b).total_cmp(&distance(a)));
+    sorted
+}
+
+/// Range and median of all clumps.
+fn fidelity_facts(clumps: &[&crate::clump::Clump]) -> Vec<[String; 2]> {
+    let spheres = clumps.iter().map(|clump| clump.balls.len() as f64);
+    let mut facts = vec![
+        fact("Clumps of several spheres", count(clumps.len() as u64)),
+        fact("Spheres in a clump", spread_of(spheres, "")),
+    ];
+    // What stands before the colon is the method, behind it what became of one clump.
+    let method = |clump: &&crate::clump::Clump| clump.method.split(':').next().map(str::to_owned);
+    let methods: BTreeSet<String> = clumps.iter().filter_map(method).collect();
+    facts.push(fact("Made by", Vec::from_iter(methods).join("; ")));
+    let known: Vec<_> = clumps.iter().filter_map(|clump| clump.fidelity.as_ref()).collect();
+    if !known.is_empty() {
+        let share = |value: fn(&crate::clump::Fidelity) -> f64| {
+            let values: Vec<f64> = known.iter().map(|f| 100.0 * value(f).abs()).collect();
+            let at = |fraction| significant(quantile(&values, fraction).unwrap_or(0.0), 2);
+            format!("{} % median, {} % at most", at(0.5), at(1.0))
+        };
+        facts.extend([
+            fact("Volume error", share(|f| f.volume_error)),
+            fact("Surface distance (rms) / D", share(|f| f.rms_distance / f.equivalent_diameter)),
+            fact("Inertia error", share(|f| f.inertia_error)),
+        ]);
+    }
+    facts
 }
 
 fn fidelity_row(clump: &crate::clump::Clump) -> Vec<String> {
@@ -428,7 +407,6 @@ fn fidelity_row(clump: &crate::clump::Clump) -> Vec<String> {
         }
         None => row.extend(std::iter::repeat_n("–".to_owned(), 5)),
     }
-    row.push(clump.method.clone());
     row
 }
 
@@ -441,22 +419,6 @@ fn packing(input: &PageInput, shrink: usize) -> Result<Option<Plain>, ReportErro
         fact("Placed", count(packing.placements.len() as u64)),
         fact("Found no place", count(packing.dropped.len() as u64)),
         fact(
-            "Porosity",
-            format!(
-                "{} ± {}",
-                significant(measures.porosity, 4),
-                significant(measures.porosity_error, 2)
-            ),
-        ),
-        fact(
-            "Container",
-            format!(
-                "{} {}",
-                significant(measures.container_volume, 4),
-                if flat { "m²" } else { "m³" }
-            ),
-        ),
-        fact(
             "Coordination number",
             format!(
                 "{} (gaps up to {})",
@@ -466,9 +428,22 @@ fn packing(input: &PageInput, shrink: usize) -> Result<Option<Plain>, ReportErro
         ),
         fact(
             "Worst overlap",
-            format!("{} of the smaller radius", significant(measures.worst_overlap, 3)),
+            match measures.worst_overlap > 0.0 {
+                true => format!("{} of the smaller radius", significant(measures.worst_overlap, 3)),
+                false => "none".into(),
+            },
         ),
     ];
+    if input.model.is_none_or(|model| !model.walls.is_empty()) {
+        let (porosity, error) = (measures.porosity, measures.porosity_error);
+        let text = match error > 0.0 {
+            true => format!("{} ± {}", significant(porosity, 4), significant(error, 2)),
+            false => significant(porosity, 4),
+        };
+        let unit = if flat { "m²" } else { "m³" };
+        let volume = significant(measures.container_volume, 4);
+        facts.extend([fact("Porosity", text), fact("Container", format!("{volume} {unit}"))]);
+    }
     if let Some(gap) = measures.least_gap {
         facts.push(fact("Least gap", with_unit(gap, "m")));
     }
@@ -507,7 +482,7 @@ fn outcome(run: &Run) -> String {
     }
 }
 
-fn run(run: &Run) -> Option<Plain> {
+fn run(run: &Run, own: Option<&Statistics>) -> Plain {
     let mut facts = vec![fact("Solver", run.solver.clone()), fact("Outcome", outcome(run))];
     if let Some(last) = run.series.last() {
         let worst = run.series.iter().map(|row| row.worst_overlap).fold(0.0, f64::max);
@@ -526,7 +501,21 @@ fn run(run: &Run) -> Option<Plain> {
         figures.extend(Figure::chart(&curves::energies(&run.series)));
         figures.extend(Figure::chart(&curves::energy_error(&run.series)));
     }
-    Some(Plain { facts, figures, ..Plain::default() })
+    let table = own.map(|own| Table {
+        columns: texts(&["quantity", "mean", "standard error over time"]),
+        rows: own
+            .means
+            .iter()
+            .filter(|mean| mean.value != 0.0)
+            .map(|mean| {
+                let unit = mean.quantity.unit();
+                let [value, error] = [mean.value, mean.time_error].map(|v| with_unit(v, unit));
+                vec![mean.quantity.name().to_owned(), value, error]
+            })
+            .collect(),
+    });
+    let remarks = own.map(span).into_iter().collect();
+    Plain { facts, figures, table, remarks }
 }
 
 fn finals(input: &PageInput, runs: &[&Run], shrink: usize) -> Result<Option<Plain>, ReportError> {
@@ -543,17 +532,26 @@ fn finals(input: &PageInput, runs: &[&Run], shrink: usize) -> Result<Option<Plai
         let caption = format!("t = {}", with_unit(frame.time, "s"));
         figures.push(Figure::picture(picture, solver, &caption)?);
     }
-    let remarks = vec!["The same body has the same colour everywhere.".into()];
+    let several = figures.len() > 1;
+    let remarks = several
+        .then(|| "The same body has the same colour everywhere.".to_owned())
+        .into_iter()
+        .collect();
     Ok((!figures.is_empty()).then(|| Plain { figures, remarks, ..Plain::default() }))
 }
 
-fn trajectories(input: &PageInput, runs: &[&Run]) -> Option<Plain> {
+fn trajectories(input: &PageInput, runs: &[&Run], own: Option<&Statistics>) -> Option<Plain> {
     let mut figures = Vec::new();
     if let Some(model) = input.model {
-        figures.extend(Figure::chart(&curves::heights(model, runs)));
+        if !model.walls.is_empty() {
+            figures.extend(Figure::chart(&curves::heights(model, runs)));
+        }
         figures.extend(Figure::chart(&curves::kinetic(model, runs)));
     }
     let mut table = None;
+    if let (Some(own), Some(ours)) = (own.filter(|own| !own.forces.is_empty()), input.ours) {
+        figures.extend(Figure::chart(&curves::forces(&[(ours.solver.as_str(), own)])));
+    }
     if let Some(found) = input.comparison {
         figures.extend(Figure::chart(&curves::divergence(found)));
         let sides = std::iter::once(&found.ours).chain(found.others.iter().map(|o| &o.side));
@@ -615,7 +613,10 @@ fn cost(runs: &[&Run]) -> Option<Plain> {
         let cost = &run.cost;
         vec![
             run.solver.clone(),
-            with_unit(cost.cpu_seconds, "s"),
+            match cost.cpu_seconds > 0.0 {
+                true => with_unit(cost.cpu_seconds, "s"),
+                false => "< 10 ms".into(),
+            },
             with_unit(cost.wall_seconds, "s"),
             cost.loop_seconds.map_or("–".into(), |seconds| with_unit(seconds, "s")),
             count(cost.steps),

@@ -1,16 +1,12 @@
-//! What a state is like, from sphere positions and velocities alone, so that
+//! What one state is like, from sphere positions and velocities alone, so that
 //! every solver is measured in the same way.
 //!
-//! * Up is against gravity; without gravity it is z (y in two dimensions).
-//! * Heights are measured from the floor: an axis-aligned plane that faces up,
-//!   else the lowest point of any sphere in *our* final state, for every run.
-//!   The top is the 95 % quantile of the tops of the spheres, so that a single
-//!   grain on the heap does not decide it.
-//! * Porosity: 1 − V/(A h), h the top height, A the area of the container seen
-//!   from above (between axis-aligned planes, else the extent of mesh walls,
-//!   else the domain), V the volume of bodies beneath the top. A body's volume is mass over density
-//!   (not the sum of overlapping spheres), shared among its spheres by r³, and
-//!   each sphere is cut by the top plane exactly (r² and circular segments in 2-D).
+//! * Heights are measured from the floor ([`Region`]). The top is the 95 % quantile
+//!   of the tops of the spheres, so that a single grain on the heap does not decide it.
+//! * Porosity: 1 − V/B, B the room of the container beneath the top, V the volume of
+//!   bodies in it. A body's volume is mass over density (not the sum of overlapping
+//!   spheres), shared among its spheres by r³, and each sphere is cut by the top
+//!   plane exactly (r² and circular segments in 2-D).
 //! * Contacts: spheres of different bodies whose surfaces touch or overlap.
 //!   Coordination counts touching pairs of bodies: 2 pairs / bodies. The normal
 //!   force is kn δ, the elastic part, which is all of it in a bed at rest.
@@ -18,15 +14,13 @@
 //! Pairs come from a cell grid with cells as wide as the largest sphere: O(n)
 //! for like sizes.
 
-use super::{Comparison, Row};
-use crate::geometry::Bounds;
-use crate::model::{Dimension, Frame, Model, WallShape};
+use super::region::Region;
+use crate::model::{Dimension, Frame, Model};
 use crate::num::{Vec3, statistics};
-use crate::report::gallery::upwards;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// A statistic of the final state.
+/// A statistic of a state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
@@ -101,10 +95,8 @@ impl Quantity {
 }
 
 /// The statistics of one state.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Statistics {
-    /// Time of the state, s.
-    pub time: f64,
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Snapshot {
     /// [`Quantity::TopHeight`].
     pub top_height: f64,
     /// [`Quantity::MeanHeight`].
@@ -119,15 +111,13 @@ pub struct Statistics {
     pub coordination: f64,
     /// Standard error of the coordination number, bodies taken as independent.
     pub coordination_error: f64,
-    /// Number of sphere–sphere contacts.
-    pub contacts: usize,
     /// Normal forces of all sphere–sphere contacts, rising, N.
     pub forces: Vec<f64>,
 }
 
-impl Statistics {
+impl Snapshot {
     /// Measures one state.
-    pub fn of(model: &Model, frame: &Frame, region: &Region) -> Self {
+    pub(super) fn of(model: &Model, frame: &Frame, region: &Region) -> Self {
         let heights: Vec<f64> =
             frame.centres.iter().map(|c| c.dot(&region.up) - region.base).collect();
         let tops: Vec<f64> =
@@ -139,7 +129,6 @@ impl Statistics {
         let (coordination, coordination_error) = coordination(model, &touches);
         let (mean_height, spread) = middle_and_spread(model, frame, region);
         Self {
-            time: frame.time,
             top_height,
             mean_height,
             spread,
@@ -147,13 +136,12 @@ impl Statistics {
             kinetic: frame.kinetic_energy(model),
             coordination,
             coordination_error,
-            contacts: forces.len(),
             forces,
         }
     }
 
     /// Value of `quantity`; forces are 0 where nothing touches.
-    pub fn value(&self, quantity: Quantity) -> Option<f64> {
+    pub(super) fn value(&self, quantity: Quantity) -> Option<f64> {
         match quantity {
             Quantity::TopHeight => Some(self.top_height),
             Quantity::MeanHeight => Some(self.mean_height),
@@ -168,7 +156,7 @@ impl Statistics {
 
     /// Standard error of `quantity` from the number of its samples, where chance
     /// is easily estimated: coordination, mean force, force quantile (order statistics).
-    fn standard_error(&self, quantity: Quantity) -> f64 {
+    pub(super) fn standard_error(&self, quantity: Quantity) -> f64 {
         let count = self.forces.len() as f64;
         match quantity {
             Quantity::Coordination => self.coordination_error,
@@ -185,114 +173,6 @@ impl Statistics {
             _ => 0.0,
         }
     }
-}
-
-/// Every quantity of `theirs` against `ours`; `parted`: trajectories no longer
-/// agree at the end, so chance is allowed for.
-pub(super) fn rows(
-    ours: &Statistics,
-    theirs: &Statistics,
-    context: &Comparison,
-    parted: bool,
-) -> Vec<Row> {
-    let tolerances = &context.tolerances;
-    let length = ours.top_height.abs().max(context.smallest_radius);
-    Quantity::ALL
-        .into_iter()
-        .filter_map(|quantity| {
-            let (a, b) = (ours.value(quantity)?, theirs.value(quantity)?);
-            let (tolerance, scale) = match quantity {
-                Quantity::TopHeight | Quantity::MeanHeight => (tolerances.height, length),
-                Quantity::Spread => (tolerances.height, ours.spread.max(context.smallest_radius)),
-                Quantity::Porosity => (tolerances.porosity, a.abs()),
-                Quantity::Kinetic => (tolerances.kinetic, context.energy_scale),
-                Quantity::Coordination => (tolerances.coordination, a.abs()),
-                Quantity::MeanForce | Quantity::HighForce => (tolerances.contact_force, a.abs()),
-            };
-            let scale = if scale > 0.0 { scale } else { a.abs().max(b.abs()).max(1e-300) };
-            let (ea, eb) = (ours.standard_error(quantity), theirs.standard_error(quantity));
-            let chance = if parted { 2.0 * ea.hypot(eb) / scale } else { 0.0 };
-            let (relative, allowed) = ((b - a) / scale, tolerance.max(chance));
-            let passed = relative.abs() <= allowed;
-            Some(Row { quantity, ours: a, theirs: b, relative, scale, allowed, chance, passed })
-        })
-        .collect()
-}
-
-/// The part of space in which porosity is measured.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Region {
-    /// Unit vector upwards.
-    pub up: Vec3,
-    /// Height of the floor along `up`, m.
-    pub base: f64,
-    /// Area of the container seen from above, m² (length in m in two dimensions);
-    /// `None` without gravity or when gravity is not along an axis.
-    pub area: Option<f64>,
-}
-
-impl Region {
-    /// Of a model whose last state in our run is `last` (else its state at time 0).
-    pub fn of(model: &Model, last: Option<&Frame>) -> Self {
-        let up = upwards(model);
-        let time = last.map_or(0.0, |frame| frame.time);
-        let sides = sides(model, time);
-        let axis = up.iamax();
-        let aligned = up[axis].abs() > 1.0 - 1e-9;
-        let floor =
-            aligned.then(|| if up[axis] > 0.0 { sides.floor[axis] } else { sides.ceiling[axis] });
-        let lowest = || {
-            let initial = model.sphere_centres(&model.initial_states());
-            let centres = last.map_or(&initial, |frame| &frame.centres);
-            let bottoms = centres.iter().zip(&model.spheres).map(|(c, s)| c.dot(&up) - s.radius);
-            let lowest = bottoms.fold(f64::INFINITY, f64::min);
-            if lowest.is_finite() { lowest } else { 0.0 }
-        };
-        let base = floor.flatten().map_or_else(lowest, |place| place * up[axis].signum());
-        let gravity = model.gravity.norm_squared() > 0.0;
-        let size = sides.bounds.size();
-        let across = (0..model.dimension.count()).filter(|other| *other != axis);
-        let area: f64 = across.map(|other| size[other]).product();
-        let area = (gravity && aligned && area.is_finite() && area > 0.0).then_some(area);
-        Self { up, base, area }
-    }
-}
-
-struct Sides {
-    bounds: Bounds,
-    /// Coordinate of the plane that bounds each axis from below, and from above.
-    floor: [Option<f64>; 3],
-    ceiling: [Option<f64>; 3],
-}
-
-/// The container: planes along the axes; where there are none, mesh walls; else the domain.
-fn sides(model: &Model, time: f64) -> Sides {
-    let mut meshes = Bounds::EMPTY;
-    let (mut floor, mut ceiling) = ([None; 3], [None; 3]);
-    for wall in &model.walls {
-        match &wall.shape {
-            WallShape::Mesh { mesh } => {
-                for vertex in &mesh.vertices {
-                    meshes = meshes.with(&wall.motion.place(vertex, time));
-                }
-            }
-            WallShape::Plane { point, .. } => {
-                let Some((axis, _, side)) = wall.shape.axis_plane() else { continue };
-                let place = wall.motion.place(point, time)[axis];
-                if side > 0.0 {
-                    floor[axis] = Some(floor[axis].map_or(place, |old: f64| old.max(place)));
-                } else {
-                    ceiling[axis] = Some(ceiling[axis].map_or(place, |old: f64| old.min(place)));
-                }
-            }
-        }
-    }
-    let mut bounds = if meshes.is_empty() { model.domain } else { meshes };
-    for axis in 0..3 {
-        bounds.low[axis] = floor[axis].unwrap_or(bounds.low[axis]);
-        bounds.high[axis] = ceiling[axis].unwrap_or(bounds.high[axis]);
-    }
-    Sides { bounds, floor, ceiling }
 }
 
 fn middle_and_spread(model: &Model, frame: &Frame, region: &Region) -> (f64, f64) {
@@ -314,9 +194,9 @@ fn middle_and_spread(model: &Model, frame: &Frame, region: &Region) -> (f64, f64
 }
 
 fn porosity(model: &Model, heights: &[f64], top: f64, region: &Region) -> Option<f64> {
-    let (area, power) = (region.area?, model.dimension.count() as i32);
-    let bulk = area * top;
-    if bulk <= 0.0 || heights.is_empty() {
+    let power = model.dimension.count() as i32;
+    let bulk = region.beneath(top)?;
+    if heights.is_empty() {
         return None;
     }
     let mut solid = 0.0;
@@ -330,7 +210,8 @@ fn porosity(model: &Model, heights: &[f64], top: f64, region: &Region) -> Option
             solid += volume * sphere.radius.powi(power) / whole * below;
         }
     }
-    Some(1.0 - solid / bulk)
+    // A container that holds less than its content is no container.
+    (solid < bulk).then(|| 1.0 - solid / bulk)
 }
 
 /// Share of a unit ball (disc) that lies below the height `h` over its centre.
@@ -419,10 +300,10 @@ mod tests {
         let frame = fixture::frame(&model, 0, Vec3::zeros());
         let region = Region::of(&model, Some(&frame));
         assert_eq!((region.base, region.up), (0.0, Vec3::z()));
-        let found = Statistics::of(&model, &frame, &region);
+        let found = Snapshot::of(&model, &frame, &region);
         let n = side as f64;
         // 3 n²(n−1) contacts between n³ spheres, each overlapping by 0.02 r.
-        assert_eq!(found.contacts, 3 * side * side * (side - 1));
+        assert_eq!(found.forces.len(), 3 * side * side * (side - 1));
         assert!((found.coordination - 6.0 * (n - 1.0) / n).abs() < 1e-12);
         assert!(
             (found.value(Quantity::MeanForce).expect("touch") / (1e5 * 1e-4) - 1.0).abs() < 1e-9

@@ -43,11 +43,11 @@ fn solver(text: &mut String, other: &Opponent) {
         let _ = writeln!(
             text,
             "{name},{key},{unit},{},{},{},{},{},{}",
-            row.theirs,
-            row.ours,
-            row.theirs - row.ours,
-            row.relative,
-            row.allowed,
+            short(row.theirs),
+            short(row.ours),
+            short(row.theirs - row.ours),
+            short(row.relative),
+            short(row.allowed),
             row.passed
         );
     }
@@ -89,8 +89,14 @@ fn costs(text: &mut String, solver: &str, cost: &Cost) {
 fn line(text: &mut String, solver: &str, key: &str, unit: &str, value: f64) {
     if value.is_finite() {
         // Writing into a String cannot fail.
-        let _ = writeln!(text, "{},{key},{unit},{value},,,,,", quoted(solver));
+        let _ = writeln!(text, "{},{key},{unit},{},,,,,", quoted(solver), short(value));
     }
+}
+
+/// The shortest text that reads back as the same number.
+fn short(value: f64) -> String {
+    let (plain, scientific) = (value.to_string(), format!("{value:e}"));
+    if plain.len() <= scientific.len() { plain } else { scientific }
 }
 
 /// A cell of a CSV file, in quotes where it needs them (RFC 4180).
