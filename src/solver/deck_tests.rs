@@ -308,11 +308,8 @@ fn yade_rules(needs: &Needs, model: &Model) -> Vec<Rule> {
     vec![
         rule("discs", needs.discs, &["blockedDOFs = 'zXY'"]),
         rule("spheres", needs.spheres, &["'spheres.csv'"]),
-        rule(
-            "clumps",
-            needs.clumps,
-            &["'clumps.csv'", "'members.csv'", "appendClumped", "noBound"],
-        ),
+        rule("clumps", needs.clumps, &["'clumps.csv'", "'members.csv'"]),
+        rule("points", needs.clumps || (turning && facets), &["appendClumped", "noBound"]),
         rule("clumps in space", needs.clumps && !needs.discs, &["angMom"]),
         rule("gravity", needs.gravity, &["gravity="]),
         rule("frictionless", !needs.friction, &["ks=0.0, cs=0.0, frictionAngle=0.0"]),
@@ -325,7 +322,7 @@ fn yade_rules(needs: &Needs, model: &Model) -> Vec<Rule> {
             &["Bo1_Wall_Aabb", "Ig2_Wall_Sphere", "append(wall("],
         ),
         rule("facets", facets, &["Bo1_Facet_Aabb", "Ig2_Facet_Sphere"]),
-        rule("turning", turning && facets, &["RotationEngine"]),
+        rule("turning", turning && facets, &["turn.cross"]),
         rule("sliding", needs.sliding_walls, &[".state.vel = Vector3(0.1"]),
         rule("one friction", false, &["MatchMaker", "math.atan"]),
         rule("rotation", needs.rotation, &["angVel"]),
