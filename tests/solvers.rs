@@ -1,6 +1,7 @@
 //! Decks run in the real solvers and held against closed forms and each other.
 //! A solver that is not installed is skipped, and the test says so.
 
+use riprap::dem;
 use riprap::geometry::{Bounds, Mesh};
 use riprap::model::{
     Body, BodyState, Contact, ContactTable, Dimension, Material, Model, Motion, Outcome, Plan, Run,
@@ -246,6 +247,118 @@ fn clumps_out_of_balance_start_right_and_fly_straight() {
     assert!((end.position - velocity * model.plan.duration()).norm() < 1e-14, "{end:?}");
 }
 
+/// Adds a clump of two spheres whose centre of mass lies off the line of their centres.
+fn add_pair(model: &mut Model, at: Vec3, velocity: Vec3, spin: Vec3) {
+    let flat = model.dimension == Dimension::Two;
+    add_clump(model, at, velocity, spin, Vec3::new(0.8e-11, 1.2e-11, 1.3e-11));
+    model.spheres.truncate(model.spheres.len() - if flat { 1 } else { 2 });
+    let body = model.bodies.last_mut().expect("a clump");
+    body.sphere_count = 2;
+    let pair = &mut model.spheres[body.first_sphere as usize..];
+    let depth = if flat { 0.0 } else { 0.2e-3 };
+    pair[0].offset = Vec3::new(-0.9e-3, 0.1e-3, 0.5 * depth);
+    pair[1].offset = Vec3::new(0.7e-3, 0.3e-3, -depth);
+    pair[1].radius = 0.8e-3;
+}
+
+/// A solver against our own run of its scheme: the worst difference of sphere
+/// centres, body positions (both in largest radii) and turns (rad) in all frames,
+/// and of the spins of clumps (of the largest).
+fn twin_differences(solver: &dyn Solver, model: &Model) -> Option<[f64; 2]> {
+    let theirs = finished(solver, model)?;
+    let ours = dem::run(model, &Job::quiet()).expect("a run");
+    assert_eq!(ours.frames.len(), theirs.frames.len());
+    let largest = model.spheres.iter().map(|s| s.radius).fold(0.0, f64::max);
+    let [mut place, mut spin] = [0.0_f64; 2];
+    for (a, b) in ours.frames.iter().zip(&theirs.frames) {
+        for (x, y) in a.centres.iter().zip(&b.centres) {
+            place = place.max((x - y).norm() / largest);
+        }
+        let fastest = a.bodies.iter().map(|body| body.spin.norm()).fold(1e-300, f64::max);
+        for (index, (x, y)) in a.bodies.iter().zip(&b.bodies).enumerate() {
+            place = place.max((x.position - y.position).norm() / largest);
+            spin = spin.max((x.spin - y.spin).norm() / fastest);
+            if model.bodies[index].sphere_count > 1 {
+                place = place.max(x.orientation.angle_to(&y.orientation));
+            }
+        }
+    }
+    Some([place, spin])
+}
+
+/// Clumps out of balance, a balanced one and a sphere that meet each other and the floor.
+fn tumbling() -> Model {
+    let mut model = model(Dimension::Three, CONTACT);
+    model.gravity = Vec3::new(2.0, 0.0, -9.81);
+    let spin = Vec3::new(300.0, -150.0, 450.0);
+    add_pair(&mut model, Vec3::new(0.0, 0.0, 3.5e-3), Vec3::new(0.1, 0.0, -0.5), spin);
+    let inertia = Vec3::new(1.1e-11, 1.4e-11, 1.9e-11);
+    add_clump(&mut model, Vec3::new(5e-3, 0.0, 2.5e-3), Vec3::zeros(), spin, inertia);
+    add_sphere(&mut model, Vec3::new(0.2e-3, 0.0, 1.0e-3), Vec3::zeros(), Vec3::zeros());
+    add_pair(&mut model, Vec3::new(-5e-3, 0.0, 3.5e-3), Vec3::new(0.1, 0.0, -0.5), -spin);
+    add_plane(&mut model, "floor", Vec3::zeros(), Vec3::z(), Motion::Still);
+    model.plan.steps = 6000;
+    model
+}
+
+/// Gravity must act at the centre of mass even where no masses of the spheres
+/// balance about it.
+#[test]
+fn clumps_out_of_balance_fall_and_bounce_like_our_own() {
+    let liggghts = solver::all()[0];
+    if let Some(worst) = twin_differences(liggghts, &tumbling()) {
+        println!("{worst:?}");
+        assert!(worst.iter().all(|worst| *worst < 1e-10), "{worst:?}");
+    }
+    let mut flat = model(Dimension::Two, CONTACT);
+    flat.gravity = Vec3::new(0.0, -9.81, 0.0);
+    let spin = Vec3::z() * 300.0;
+    add_pair(&mut flat, Vec3::new(0.0, 2.5e-3, 0.0), Vec3::new(0.1, -0.5, 0.0), spin);
+    add_plane(&mut flat, "floor", Vec3::zeros(), Vec3::y(), Motion::Still);
+    flat.plan.steps = 4000;
+    if let Some(worst) = twin_differences(liggghts, &flat) {
+        println!("{worst:?}");
+        assert!(worst.iter().all(|worst| *worst < 1e-10), "in two dimensions: {worst:?}");
+    }
+}
+
+/// YADE's clumps have our axes, so that even their spins are ours to rounding.
+#[test]
+fn clumps_tumble_in_yade_like_our_own() {
+    let mut model = tumbling();
+    model.plan.scheme = Scheme::Yade;
+    model.plan.law = Scheme::Yade.law();
+    if let Some(worst) = twin_differences(solver::all()[1], &model) {
+        println!("{worst:?}");
+        assert!(worst.iter().all(|worst| *worst < 1e-10), "{worst:?}");
+    }
+}
+
+/// A sphere on a table of triangles that turns, far from the axis.
+#[test]
+fn turning_facets_agree_with_our_own() {
+    for (solver, scheme) in solver::all().into_iter().zip([Scheme::Liggghts, Scheme::Yade]) {
+        let mut model = model(Dimension::Three, CONTACT);
+        let corner = |x: f64, y: f64| Vec3::new(x * 15e-3, y * 15e-3, 0.0);
+        let mesh = Mesh {
+            vertices: vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(0.0, 1.0)],
+            triangles: vec![[0, 1, 2]],
+        };
+        let axis = Vec3::new(0.1, 0.0, 1.0).normalize();
+        let motion = Motion::Rotate { origin: Vec3::new(-6e-3, 0.0, 0.0), axis, rate: -40.0 };
+        let shape = WallShape::Mesh { mesh };
+        model.walls.push(Wall { name: "table".into(), shape, motion, material: 0 });
+        let down = Vec3::new(0.0, 0.0, -0.2);
+        add_sphere(&mut model, Vec3::new(0.0, -2e-3, 1.01e-3), down, Vec3::zeros());
+        (model.plan.scheme, model.plan.law) = (scheme, scheme.law());
+        model.gravity = Vec3::new(0.0, 0.0, -300.0);
+        model.plan.steps = 3000;
+        let Some(worst) = twin_differences(solver, &model) else { continue };
+        println!("{worst:?}");
+        assert!(worst.iter().all(|worst| *worst < 1e-10), "{}: {worst:?}", solver.key());
+    }
+}
+
 #[test]
 fn contacts_come_back_with_their_forces() {
     let mut model = model(Dimension::Three, Contact { cn: 0.0, ..CONTACT });
@@ -303,8 +416,12 @@ fn turn(axis: Vec3) -> Motion {
 }
 
 #[test]
-fn still_and_sliding_planes_agree() {
+fn oblique_planes_agree() {
     wall_agrees("slope", Vec3::new(0.3, 0.1, 1.0), Motion::Still);
+}
+
+#[test]
+fn sliding_planes_agree() {
     wall_agrees("belt", Vec3::z(), slide(0.2, 0.0, 0.0));
     wall_agrees("belt_two_ways", Vec3::z(), slide(0.2, 0.1, 0.0));
 }

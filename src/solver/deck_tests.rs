@@ -157,14 +157,37 @@ fn what_cannot_be_said_is_refused() {
     refused(liggghts, &twice, "are the same");
 }
 
+/// A clump whose centre of mass lies outside the hull of its sphere centres gets
+/// one more atom, of a type of its own, which touches nothing.
 #[test]
-fn clumps_that_cannot_be_balanced_are_told() {
+fn clumps_out_of_balance_get_a_point() {
     let mut model = examples::clumps();
     for sphere in &mut model.spheres[..4] {
         sphere.offset.x += 3e-3;
     }
-    let limits = all()[0].limits(&model);
-    assert!(limits.iter().any(|limit| limit.what.contains("of 1 clumps")), "{limits:?}");
+    let liggghts = all()[0];
+    assert!(liggghts.limits(&model).iter().all(|limit| !limit.what.contains("gravity")));
+    let files = written(liggghts, &model, &DeckOptions::default());
+    let of = |name: &str| &files.iter().find(|(n, _)| n == name).expect("written").1;
+    let data = of("spheres.data");
+    assert!(data.contains("\n10 atoms\n2 atom types\n"), "{data}");
+    let of_point = |line: &&str| line.starts_with("10 ") && !line.ends_with("atoms");
+    let rows: Vec<&str> = data.lines().filter(of_point).collect();
+    let [atom, velocity] = rows.as_slice() else { panic!("{data}") };
+    assert!(atom.starts_with("10 2 ") && atom.ends_with(" 1"), "{atom}");
+    assert_eq!(*velocity, "10 0.1 0.0 -0.2 0.0 0.0 0.0");
+    let script = of("in.liggghts");
+    for line in [
+        "neigh_modify exclude type 2 1 exclude type 2 2",
+        "peratomtypepair 2 &\n 10000.0 0.0 &\n 0.0 0.0",
+    ] {
+        assert!(script.contains(line), "`{line}` is missing\n{script}");
+    }
+    assert!(of("rigid.inf").starts_with("# id"));
+    // Without gravity nothing acts on single masses.
+    model.gravity = Vec3::zeros();
+    let files = written(liggghts, &model, &DeckOptions::default());
+    assert!(files.iter().any(|(_, text)| text.contains("\n9 atoms\n1 atom types\n")));
 }
 
 /// What a scene may have; bit k of a mask switches entry k on.
@@ -285,11 +308,8 @@ fn yade_rules(needs: &Needs, model: &Model) -> Vec<Rule> {
     vec![
         rule("discs", needs.discs, &["blockedDOFs = 'zXY'"]),
         rule("spheres", needs.spheres, &["'spheres.csv'"]),
-        rule(
-            "clumps",
-            needs.clumps,
-            &["'clumps.csv'", "'members.csv'", "appendClumped", "noBound"],
-        ),
+        rule("clumps", needs.clumps, &["'clumps.csv'", "'members.csv'"]),
+        rule("points", needs.clumps || (turning && facets), &["appendClumped", "noBound"]),
         rule("clumps in space", needs.clumps && !needs.discs, &["angMom"]),
         rule("gravity", needs.gravity, &["gravity="]),
         rule("frictionless", !needs.friction, &["ks=0.0, cs=0.0, frictionAngle=0.0"]),
@@ -302,7 +322,7 @@ fn yade_rules(needs: &Needs, model: &Model) -> Vec<Rule> {
             &["Bo1_Wall_Aabb", "Ig2_Wall_Sphere", "append(wall("],
         ),
         rule("facets", facets, &["Bo1_Facet_Aabb", "Ig2_Facet_Sphere"]),
-        rule("turning", turning && facets, &["RotationEngine"]),
+        rule("turning", turning && facets, &["turn.cross"]),
         rule("sliding", needs.sliding_walls, &[".state.vel = Vector3(0.1"]),
         rule("one friction", false, &["MatchMaker", "math.atan"]),
         rule("rotation", needs.rotation, &["angVel"]),

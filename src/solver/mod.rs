@@ -35,7 +35,7 @@ pub trait Solver: Sync {
     /// The program on this machine: from the environment variable `RIPRAP_LIGGGHTS`
     /// or `RIPRAP_YADE` where it is set, else from `PATH`; `None` if there is none that starts.
     fn find(&self) -> Option<Installation>;
-    /// One or two sentences on how to get it.
+    /// How to get it, as the end of a sentence: "... is not installed; {this}".
     fn how_to_install(&self) -> &'static str;
     /// True if its decks can be run on several MPI ranks.
     fn takes_ranks(&self) -> bool;
@@ -138,7 +138,7 @@ pub enum SolverError {
     #[error("{0}")]
     Options(String),
     /// The solver is not installed.
-    #[error("{solver} was not found on this machine. {how}")]
+    #[error("{solver} was not found on this machine; {how}")]
     Missing {
         /// Name of the solver.
         solver: &'static str,

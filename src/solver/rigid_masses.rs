@@ -13,6 +13,11 @@
 //! Exact whenever the centre of mass lies inside the hull of the centres. If
 //! not, no positive masses exist; what comes back balances as far as the hull
 //! allows, and `arm` says how far it is off. Cost O(n) a step, about 10 steps.
+//!
+//! [`balance`] is exact for every clump: where the split is off, one more point
+//! takes the share s of the mass and stands where the first moment vanishes,
+//! d = −(1 − s)/s d̄, with d̄ the mean of the centres by volume. With s = 0.99 that
+//! is a hundredth of d̄ from the centre of mass.
 
 use crate::num::{Mat3, Vec3};
 
@@ -24,6 +29,46 @@ pub struct Masses {
     /// Σ mᵢ dᵢ / M: where gravity acts, from the centre of mass, m. Rounding only
     /// where the problem has a solution.
     pub arm: Vec3,
+}
+
+/// Masses that balance, and the point that one clump may need for it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Balance {
+    /// Mass of each sphere, kg, all > 0.
+    pub masses: Vec<f64>,
+    /// A point of mass besides the spheres.
+    pub point: Option<Point>,
+    /// What is left of Σ mᵢ dᵢ / M, m.
+    pub arm: Vec3,
+}
+
+/// A point of mass that moves with a clump.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point {
+    /// Mass, kg.
+    pub mass: f64,
+    /// Place from the centre of mass, m.
+    pub offset: Vec3,
+}
+
+/// Share of the mass that a point takes.
+const POINT_SHARE: f64 = 0.99;
+/// Clumps off by less than this times their largest radius need no point.
+const BALANCED: f64 = 1e-9;
+
+/// Splits `mass` [kg] so that Σ mᵢ = M and Σ mᵢ dᵢ = 0, with a point where spheres alone cannot.
+pub fn balance(mass: f64, offsets: &[Vec3], radii: &[f64]) -> Balance {
+    let split = split(mass, offsets, radii);
+    let largest = radii.iter().copied().fold(0.0, f64::max);
+    if split.arm.norm() <= BALANCED * largest {
+        return Balance { masses: split.masses, point: None, arm: split.arm };
+    }
+    let share = (1.0 - POINT_SHARE) * mass / radii.iter().map(|r| r.powi(3)).sum::<f64>();
+    let masses: Vec<f64> = radii.iter().map(|r| share * r.powi(3)).collect();
+    let point = mass - masses.iter().sum::<f64>();
+    let offset = -moment(&masses, offsets) / point;
+    let arm = (moment(&masses, offsets) + offset * point) / mass;
+    Balance { masses, point: Some(Point { mass: point, offset }), arm }
 }
 
 /// No sphere gets less than this share of the body's mass relative to its
@@ -140,6 +185,22 @@ mod tests {
         assert!(split.masses.iter().all(|m| *m > 0.0));
         assert!((split.masses.iter().sum::<f64>() - 1.0).abs() < 1e-15);
         assert!(split.arm.x > 0.9e-3 && split.arm.x < 1.1e-3, "{:?}", split.arm);
+    }
+
+    #[test]
+    fn a_centre_beyond_the_hull_gets_a_point() {
+        let offsets = [Vec3::new(1e-3, 3e-4, 0.0), Vec3::new(2e-3, 0.0, 0.0)];
+        let Balance { masses, point, arm } = balance(1.0, &offsets, &[1e-3, 8e-4]);
+        let point = point.expect("no masses of two spheres balance about a third place");
+        assert!(masses.iter().all(|m| *m > 0.0));
+        assert!((masses.iter().sum::<f64>() + point.mass - 1.0).abs() < 1e-15);
+        let moment = moment(&masses, &offsets) + point.offset * point.mass;
+        assert!(moment.norm() < 1e-19 && arm.norm() < 1e-19, "{moment:?} {arm:?}");
+        assert!(point.offset.norm() < 3e-5, "{point:?}");
+        let between = [Vec3::new(1e-3, 0.0, 0.0), Vec3::new(-3e-3, 0.0, 0.0)];
+        let balanced = balance(1.0, &between, &[1e-3, 1e-3]);
+        assert_eq!(balanced.point, None);
+        assert_eq!(balanced.masses, split(1.0, &between, &[1e-3, 1e-3]).masses);
     }
 
     proptest! {

@@ -52,7 +52,25 @@ O.bodies[{{ w.variable }}].state.angVel = Vector3({{ w.velocity[0] }}, {{ w.velo
 for line in open('{{ w.file }}'):
     if line[0] != '#':
         r = [float(word) for word in line.split()]
-        {{ w.variable }}.append(O.bodies.append(facet([r[0:3], r[3:6], r[6:9]], material=materials[{{ w.material }}], color=grey)))
+        {{ w.variable }}.append(facet([r[0:3], r[3:6], r[6:9]], material=materials[{{ w.material }}], color=grey))
+{%- if w.motion == "turn" %}
+# The facets and a point on the axis are one clump that no force moves: YADE turns it by
+# its angular velocity, and every facet has the velocity of a rigid body at that time.
+centre = Vector3({{ w.origin[0] }}, {{ w.origin[1] }}, {{ w.origin[2] }})
+turn = Vector3({{ w.turn[0] }}, {{ w.turn[1] }}, {{ w.turn[2] }})
+point = facet([(0, 0, 0), (1e-9, 0, 0), (0, 1e-9, 0)], noBound=True, material=materials[{{ w.material }}], color=grey)
+point.state.pos = centre
+point.state.mass = 1
+point.state.inertia = Vector3(1, 1, 1)
+clump, parts = O.bodies.appendClumped({{ w.variable }} + [point], discretization=0)
+O.bodies[clump].state.blockedDOFs = 'xyzXYZ'
+for k in [clump] + parts:
+    s = O.bodies[k].state
+    s.vel = turn.cross(s.pos - centre)
+    s.angVel = turn
+{%- else %}
+{{ w.variable }} = O.bodies.append({{ w.variable }})
+{%- endif %}
 {%- if w.motion == "slide" %}
 for k in {{ w.variable }}:
     O.bodies[k].state.vel = Vector3({{ w.velocity[0] }}, {{ w.velocity[1] }}, {{ w.velocity[2] }})
@@ -81,8 +99,8 @@ for r in table('spheres.csv'):
 {%- if needs.clumps %}
 
 # Clumps: spheres without mass and one point (a facet that touches nothing) that
-# carries mass, centre of mass and inertia. YADE turns the inertia of such a
-# member the other way round, so its orientation is the conjugate.
+# carries mass and inertia. They are made about the origin in their principal axes,
+# so that YADE takes these axes, and then put in place.
 clumps = []
 members = table('members.csv')
 for r in table('clumps.csv'):
@@ -91,8 +109,7 @@ for r in table('clumps.csv'):
     x = Vector3(*r[3:6])
     q = Quaternion(*r[6:10])
     point = facet([(0, 0, 0), (1e-9, 0, 0), (0, 1e-9, 0)], noBound=True, material=m, color=grey)
-    point.state.pos = x
-    point.state.ori = q.conjugate()
+    point.state.pos = Vector3(0, 0, 0)
     point.state.mass = r[10]
     point.state.inertia = Vector3(*r[11:14])
     spheres = [sphere(s[1:4], s[4], material=m, color=grey) for s in members[first:first + count]]
@@ -100,6 +117,8 @@ for r in table('clumps.csv'):
     v = Vector3(*r[14:17])
     w = Vector3(*r[17:20])
     state = O.bodies[clump].state
+    state.pos = x
+    state.ori = q * state.ori
     state.vel = v
     state.angVel = w
 {%- if needs.discs %}
@@ -108,8 +127,12 @@ for r in table('clumps.csv'):
     state.angMom = Vector3(*r[20:23])  # YADE steps this and takes angVel from it
 {%- endif %}
     for k in parts:
-        O.bodies[k].state.vel = v + w.cross(O.bodies[k].state.pos - x)
-        O.bodies[k].state.angVel = w
+        s = O.bodies[k].state
+        arm = q * s.pos
+        s.pos = x + arm
+        s.ori = q * s.ori
+        s.vel = v + w.cross(arm)
+        s.angVel = w
     for s, k in zip(members[first:first + count], parts):
         ids[int(s[0])] = k
     clumps.append(clump)
@@ -133,11 +156,6 @@ O.engines = [
 {%- endif %}
         [Law2_ScGeom_ViscElPhys_Basic()],
     ),
-{%- for w in surfaces %}
-{%- if w.motion == "turn" %}
-    RotationEngine(ids={{ w.variable }}, rotateAroundZero=True, zeroPoint=({{ w.origin[0] }}, {{ w.origin[1] }}, {{ w.origin[2] }}), rotationAxis=({{ w.turn[0] }}, {{ w.turn[1] }}, {{ w.turn[2] }}), angularVelocity={{ w.rate }}),
-{%- endif %}
-{%- endfor %}
     NewtonIntegrator(damping={{ damping }}{% if needs.gravity %}, gravity=({{ gravity[0] }}, {{ gravity[1] }}, {{ gravity[2] }}){% endif %}),
 ]
 

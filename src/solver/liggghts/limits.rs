@@ -2,9 +2,8 @@
 
 use crate::geometry::Mesh;
 use crate::model::{Coulomb, History, Model, Scheme, WallShape};
-use crate::solver::liggghts::values;
 use crate::solver::mesh_check::{MeshFacts, inspect};
-use crate::solver::{Limit, finite, rigid_masses};
+use crate::solver::{Limit, finite};
 
 /// Smallest angle of a mesh triangle that LIGGGHTS takes with its default
 /// `curvature`, rad (0.256235 degrees).
@@ -25,7 +24,6 @@ pub fn of(model: &Model) -> Vec<Limit> {
     let mut limits = Vec::new();
     law(model, &mut limits);
     bodies(model, &mut limits);
-    balance(model, &mut limits);
     walls(model, &mut limits);
     limits
 }
@@ -78,31 +76,6 @@ fn bodies(model: &Model, limits: &mut Vec<Limit>) {
                 "body {index} is one sphere whose moment of inertia is not {factor} m R^2, which LIGGGHTS computes with"
             )));
         }
-    }
-}
-
-/// Clumps whose spheres cannot be weighted so that gravity acts at the centre of mass.
-fn balance(model: &Model, limits: &mut Vec<Limit>) {
-    let needs = model.needs();
-    if !(needs.clumps && needs.gravity) {
-        return;
-    }
-    let (mut count, mut worst, mut which) = (0, 0.0, 0);
-    for (index, body) in model.bodies.iter().enumerate().filter(|(_, b)| b.sphere_count > 1) {
-        let (offsets, radii) = values::offsets_and_radii(model, index);
-        let largest = radii.iter().copied().fold(0.0, f64::max);
-        let arm = rigid_masses::split(body.mass, &offsets, &radii).arm.norm() / largest;
-        if arm > 1e-9 {
-            count += 1;
-        }
-        if arm > worst {
-            (worst, which) = (arm, index);
-        }
-    }
-    if count > 0 {
-        limits.push(Limit::differs(format!(
-            "gravity acts off the centre of mass of {count} clumps, whose centre of mass lies outside the hull of their sphere centres (worst: body {which}, by {worst:.2e} of its largest sphere radius); LIGGGHTS sums gravity over the spheres, whose masses must be positive"
-        )));
     }
 }
 

@@ -30,12 +30,12 @@ impl Solver for Liggghts {
     fn find(&self) -> Option<Installation> {
         let program = process::program(VARIABLE, PROGRAM)?;
         let version = process::says(&program, &["-log", "none", "-h"], "Version ")?;
-        let version = version.split(',').next().unwrap_or_default().to_owned();
+        let version = version.split([',', ' ']).next().unwrap_or_default().to_owned();
         Some(Installation { program, version })
     }
 
     fn how_to_install(&self) -> &'static str {
-        "On Debian and Ubuntu: apt install liggghts. Or build LIGGGHTS-PUBLIC 3.8.0 and set RIPRAP_LIGGGHTS to the program."
+        "install it (Debian and Ubuntu: apt install liggghts), or build LIGGGHTS-PUBLIC 3.8.0 and set RIPRAP_LIGGGHTS to the program"
     }
 
     fn takes_ranks(&self) -> bool {

@@ -2,6 +2,7 @@
 
 use crate::model::{BodyState, Frame, Model, Run, Touch};
 use crate::num::Vec3;
+use crate::solver::liggghts::values;
 use crate::solver::process::Ended;
 use crate::solver::reading::{self, Read, vector};
 use crate::solver::{Deck, SolverError, orientation};
@@ -37,21 +38,29 @@ pub fn run(
         }
     }
     let path = deck.folder.join("spheres.dump");
-    let frames = frames(model, blocks, &path)?;
+    let points = values::points(model).into_iter().collect();
+    let frames = frames(model, &points, blocks, &path)?;
     let touches = match frames.last() {
         Some(last) if last.step == model.plan.steps && ended.success => {
             Some(contacts(model, last, &deck.folder.join("contacts.dump"))?)
         }
         _ => None,
     };
-    let read = Read { frames, touches, loop_seconds: loop_seconds(ended), notes: notes(model) };
+    let read =
+        Read { frames, touches, loop_seconds: loop_seconds(ended), notes: notes(model, &points) };
     reading::run(solver, model, deck, ended, read)
 }
 
-fn notes(model: &Model) -> Vec<String> {
+fn notes(model: &Model, points: &Points) -> Vec<String> {
     let mut notes = Vec::new();
     if model.needs().gravity {
         notes.push("forces on spheres include the weight of each sphere".into());
+        let points = points.len();
+        if points > 0 {
+            notes.push(format!(
+                "of {points} clumps a point that is no sphere carries 99 % of the weight, so that it acts at the centre of mass"
+            ));
+        }
     }
     if !model.needs().clumps {
         return notes;
@@ -60,7 +69,8 @@ fn notes(model: &Model) -> Vec<String> {
     notes.push(
         "states of clumps are rebuilt from the places of their spheres by least squares".into(),
     );
-    let lines = clumps().filter(|i| !orientation::is_fixed_by(&offsets(model, *i))).count();
+    let fixed = |i: &usize| orientation::is_fixed_by(&offsets(model, points, *i));
+    let lines = clumps().filter(|i| !fixed(i)).count();
     if lines > 0 {
         notes.push(format!(
             "the turn of {lines} clumps about the line of their sphere centres cannot be read back"
@@ -69,8 +79,13 @@ fn notes(model: &Model) -> Vec<String> {
     notes
 }
 
-fn offsets(model: &Model, body: usize) -> Vec<Vec3> {
-    model.spheres_of(body).iter().map(|sphere| sphere.offset).collect()
+/// Points of mass of the deck: body, place in its frame.
+type Points = BTreeMap<usize, Vec3>;
+
+/// Places in the body frame of the spheres of a clump, and of its point where it has one.
+fn offsets(model: &Model, points: &Points, body: usize) -> Vec<Vec3> {
+    let spheres = model.spheres_of(body).iter().map(|sphere| sphere.offset);
+    spheres.chain(points.get(&body).copied()).collect()
 }
 
 /// "Loop time of 0.0123 on 1 procs for 100 steps with 2 atoms".
@@ -137,13 +152,14 @@ fn block<'a>(lines: &mut impl Iterator<Item = &'a str>) -> Result<Block, String>
 /// Frames with all spheres, in order of their numbers.
 fn frames(
     model: &Model,
+    points: &Points,
     blocks: BTreeMap<u64, Block>,
     path: &Path,
 ) -> Result<Vec<Frame>, SolverError> {
     let mut earlier = model.initial_states();
     let mut frames = Vec::with_capacity(blocks.len());
     for (step, block) in blocks {
-        let frame = frame(model, &block, &earlier)
+        let frame = frame(model, points, &block, &earlier)
             .map_err(|problem| SolverError::output(path, format!("step {step}: {problem}")))?;
         earlier.clone_from(&frame.bodies);
         frames.push(frame);
@@ -151,12 +167,18 @@ fn frames(
     Ok(frames)
 }
 
-fn frame(model: &Model, block: &Block, earlier: &[BodyState]) -> Result<Frame, String> {
+fn frame(
+    model: &Model,
+    points: &Points,
+    block: &Block,
+    earlier: &[BodyState],
+) -> Result<Frame, String> {
     let count = model.spheres.len();
     let spins = model.needs().rotation;
     let columns = if spins { 13 } else { 10 };
-    if block.rows.len() != count {
-        return Err(format!("{} spheres of {count} are there: some were lost", block.rows.len()));
+    let all = count + points.len();
+    if block.rows.len() != all {
+        return Err(format!("{} atoms of {all} are there: some were lost", block.rows.len()));
     }
     let mut frame = Frame {
         step: block.step,
@@ -174,17 +196,31 @@ fn frame(model: &Model, block: &Block, earlier: &[BodyState]) -> Result<Frame, S
         if row[0] != (index + 1) as f64 {
             return Err(format!("sphere {} stands where {} should", row[0], index + 1));
         }
+        if index >= count {
+            continue;
+        }
         frame.centres.push(vector(row, 1));
         frame.velocities.push(vector(row, 4));
         frame.spins.push(if spins { vector(row, 7) } else { Vec3::zeros() });
         frame.forces.push(vector(row, columns - 3));
     }
-    frame.bodies = (0..model.bodies.len()).map(|i| body(model, &frame, i, &earlier[i])).collect();
+    let places = block.rows[count..].iter().map(|row| vector(row, 1));
+    let places: Points = points.keys().copied().zip(places).collect();
+    frame.bodies = (0..model.bodies.len())
+        .map(|i| body(model, &frame, i, &offsets(model, points, i), places.get(&i), &earlier[i]))
+        .collect();
     Ok(frame)
 }
 
-/// State of one body; clumps from the places of their spheres.
-fn body(model: &Model, frame: &Frame, index: usize, earlier: &BodyState) -> BodyState {
+/// State of one body; clumps from the places of their spheres and of their `point`.
+fn body(
+    model: &Model,
+    frame: &Frame,
+    index: usize,
+    offsets: &[Vec3],
+    point: Option<&Vec3>,
+    earlier: &BodyState,
+) -> BodyState {
     let body = &model.bodies[index];
     let range = body.first_sphere as usize..(body.first_sphere + body.sphere_count) as usize;
     let spin = frame.spins[range.start];
@@ -196,15 +232,15 @@ fn body(model: &Model, frame: &Frame, index: usize, earlier: &BodyState) -> Body
             ..*earlier
         };
     }
-    let offsets = offsets(model, index);
-    let centres = &frame.centres[range.clone()];
+    let spheres = &frame.centres[range.clone()];
+    let centres: Vec<Vec3> = spheres.iter().chain(point).copied().collect();
     if centres.iter().any(|c| c.iter().any(|x| !x.is_finite())) {
         return *earlier;
     }
-    let (orientation, position) = orientation::pose(&offsets, centres, &earlier.orientation);
+    let (orientation, position) = orientation::pose(offsets, &centres, &earlier.orientation);
     let count = f64::from(body.sphere_count);
     let mean_velocity = frame.velocities[range].iter().sum::<Vec3>() / count;
-    let mean_arm = centres.iter().sum::<Vec3>() / count - position;
+    let mean_arm = spheres.iter().sum::<Vec3>() / count - position;
     BodyState { position, orientation, velocity: mean_velocity - spin.cross(&mean_arm), spin }
 }
 
@@ -283,9 +319,11 @@ mod tests {
             row
         };
         let of = |ids: &[f64]| Block { step: 5, rows: ids.iter().map(|id| row(*id)).collect() };
-        assert!(frame(&model, &of(&[1.0, 2.0]), &states).is_ok());
-        assert!(frame(&model, &of(&[1.0]), &states).is_err_and(|e| e.contains("lost")));
-        assert!(frame(&model, &of(&[2.0, 1.0]), &states).is_err());
+        assert!(frame(&model, &Points::new(), &of(&[1.0, 2.0]), &states).is_ok());
+        assert!(
+            frame(&model, &Points::new(), &of(&[1.0]), &states).is_err_and(|e| e.contains("lost"))
+        );
+        assert!(frame(&model, &Points::new(), &of(&[2.0, 1.0]), &states).is_err());
     }
 
     #[test]

@@ -6,12 +6,15 @@ use crate::model::{Contact, Model, Motion, Needs, Wall, WallShape};
 use crate::num::{Mat3, Vec3};
 use crate::solver::deck::{DeckOptions, Header};
 use crate::solver::mesh_check::inspect;
+use crate::solver::rigid_masses::{self, Balance, Masses};
 use crate::solver::surface;
-use crate::solver::{Limit, Solver, rigid_masses};
+use crate::solver::{Limit, Solver};
 use serde::Serialize;
 use std::f64::consts::{PI, TAU};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
+/// Radius of points of mass over the smallest radius; nothing touches them.
+const POINT_RADIUS: f64 = 0.1;
 /// Skin of the neighbour list over the smallest radius: fast for settled beds and flows alike.
 const SKIN: f64 = 0.1;
 
@@ -23,6 +26,8 @@ pub struct Script {
     tension: bool,
     processors: String,
     skin: f64,
+    points: usize,
+    point_type: usize,
     material_names: Vec<String>,
     tables: Vec<Table>,
     step: f64,
@@ -265,6 +270,8 @@ impl Script {
             tension: model.plan.law.tension,
             processors: processors(model, options),
             skin: SKIN * smallest_radius(model),
+            points: points(model).len(),
+            point_type: point_type(model),
             material_names: model
                 .materials
                 .iter()
@@ -303,15 +310,17 @@ fn processors(model: &Model, options: &DeckOptions) -> String {
     }
 }
 
+/// Tables of contact values; those of points of mass are zero.
 fn tables(model: &Model, needs: &Needs) -> Vec<Table> {
-    let size = model.materials.len();
-    let table = |fix, property, value: fn(&Contact) -> f64| Table {
-        fix,
-        property,
-        size,
-        rows: (0..size as u16)
-            .map(|a| (0..size as u16).map(|b| value(model.contacts.between(a, b))).collect())
-            .collect(),
+    let materials = model.materials.len();
+    let size = types(model);
+    let table = |fix, property, value: fn(&Contact) -> f64| {
+        let pair = |a: usize, b: usize| match a.max(b) < materials {
+            true => value(model.contacts.between(a as u16, b as u16)),
+            false => 0.0,
+        };
+        let rows = (0..size).map(|a| (0..size).map(|b| pair(a, b)).collect()).collect();
+        Table { fix, property, size, rows }
     };
     let mut tables = vec![
         table("kn", "kn", |c| c.kn),
@@ -373,12 +382,19 @@ impl Data {
         let centres = model.sphere_centres(&model.initial_states());
         let mut atoms = Vec::with_capacity(model.spheres.len());
         let mut velocities = Vec::with_capacity(model.spheres.len());
+        let mut points = Vec::new();
         let mut molecule = 0;
         for (index, body) in model.bodies.iter().enumerate() {
             let clump = body.sphere_count > 1;
             molecule += usize::from(clump);
-            let (masses, spin) =
-                if clump { start_of_clump(model, index) } else { (vec![body.mass], body.spin) };
+            let (masses, spin) = if clump {
+                let balance = balance(model, index);
+                let spin = start_of_clump(model, index, &balance);
+                points.extend(balance.point.map(|point| (index, molecule, point)));
+                (balance.masses, spin)
+            } else {
+                (vec![body.mass], body.spin)
+            };
             for (local, mass) in masses.iter().enumerate() {
                 let sphere = body.first_sphere as usize + local;
                 let (x, r) = (&centres[sphere], model.spheres[sphere].radius);
@@ -402,6 +418,16 @@ impl Data {
                 velocities.push(Motionful(sphere + 1, v.x, v.y, v.z, spin.x, spin.y, spin.z));
             }
         }
+        for (number, (index, molecule, point)) in points.into_iter().enumerate() {
+            let id = model.spheres.len() + number + 1;
+            let (v, x) =
+                (&model.bodies[index].velocity, model.bodies[index].position + point.offset);
+            let r = POINT_RADIUS * smallest_radius(model);
+            let density = point.mass / (4.0 / 3.0 * PI * r * r * r);
+            let z = if needs.discs { 0.0 } else { x.z };
+            atoms.push(Atom(id, point_type(model), 2.0 * r, density, x.x, x.y, z, molecule));
+            velocities.push(Motionful(id, v.x, v.y, v.z, 0.0, 0.0, 0.0));
+        }
         let moves =
             velocities.iter().any(|m| [m.1, m.2, m.3, m.4, m.5, m.6].iter().any(|v| *v != 0.0));
         if !moves {
@@ -410,28 +436,58 @@ impl Data {
         let sides = (0..3)
             .map(|a| Side { name: AXES[a], low: bounds.low[a], high: bounds.high[a] })
             .collect();
-        Self { needs, types: model.materials.len(), sides, atoms, velocities }
+        Self { needs, types: types(model), sides, atoms, velocities }
     }
 }
 
-/// Masses of the spheres of clump `index`, and the angular velocity that each
-/// must be given so that `fix rigid` finds the angular momentum of the body.
+/// The angular velocity that each sphere of clump `index` must be given so that
+/// `fix rigid` finds the angular momentum of the body.
 ///
 /// `fix rigid` starts from L = Σ (mᵢ dᵢ × vᵢ + 0.4 mᵢ rᵢ² wᵢ). With vᵢ = v of the
-/// body for all and one common w this is I ω for
+/// body for all, one common w of the spheres and none of the point this is I ω for
 /// Σ 0.4 mᵢ rᵢ² w = I ω − (Σ mᵢ dᵢ) × v.
-fn start_of_clump(model: &Model, index: usize) -> (Vec<f64>, Vec3) {
+fn start_of_clump(model: &Model, index: usize, balance: &Balance) -> Vec3 {
     let body = &model.bodies[index];
+    let (_, radii) = offsets_and_radii(model, index);
+    let own: f64 = balance.masses.iter().zip(&radii).map(|(m, r)| 0.4 * m * r * r).sum();
+    let moment = balance.arm * body.mass;
+    let wanted = inertia_tensor(model, index) * body.spin - moment.cross(&body.velocity);
+    wanted / own
+}
+
+/// Masses of the spheres of clump `index`. Only gravity acts on them one by
+/// one, so that without it none needs a point to balance.
+fn balance(model: &Model, index: usize) -> Balance {
+    let mass = model.bodies[index].mass;
     let (offsets, radii) = offsets_and_radii(model, index);
-    let split = rigid_masses::split(body.mass, &offsets, &radii);
-    let own: f64 = split.masses.iter().zip(&radii).map(|(m, r)| 0.4 * m * r * r).sum();
-    let arm = split.arm * body.mass;
-    let wanted = inertia_tensor(model, index) * body.spin - arm.cross(&body.velocity);
-    (split.masses, wanted / own)
+    if model.needs().gravity {
+        return rigid_masses::balance(mass, &offsets, &radii);
+    }
+    let Masses { masses, arm } = rigid_masses::split(mass, &offsets, &radii);
+    Balance { masses, point: None, arm }
+}
+
+/// Body and place in its frame of every point of mass, in the order of the atoms that follow the spheres.
+pub fn points(model: &Model) -> Vec<(usize, Vec3)> {
+    let clumps = (0..model.bodies.len()).filter(|i| model.bodies[*i].sphere_count > 1);
+    let place = |i: usize| {
+        let point = balance(model, i).point?;
+        Some((i, model.bodies[i].orientation.inverse_transform_vector(&point.offset)))
+    };
+    clumps.filter_map(place).collect()
+}
+
+/// Atom types: the materials, and one of points of mass where there are some.
+fn types(model: &Model) -> usize {
+    model.materials.len() + usize::from(!points(model).is_empty())
+}
+
+fn point_type(model: &Model) -> usize {
+    model.materials.len() + 1
 }
 
 /// Sphere centres from the centre of mass in world axes, and radii, of one body.
-pub fn offsets_and_radii(model: &Model, index: usize) -> (Vec<Vec3>, Vec<f64>) {
+fn offsets_and_radii(model: &Model, index: usize) -> (Vec<Vec3>, Vec<f64>) {
     let body = &model.bodies[index];
     model.spheres_of(index).iter().map(|s| (body.orientation * s.offset, s.radius)).unzip()
 }

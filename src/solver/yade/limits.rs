@@ -1,7 +1,7 @@
 //! What YADE 2023.02a cannot express or does in its own way.
 
 use super::values;
-use crate::model::{Arm, Coulomb, History, Model, Motion, Scheme, WallShape};
+use crate::model::{Arm, Coulomb, History, Model, Scheme, WallShape};
 use crate::solver::{Limit, finite};
 
 /// Relative difference up to which moments of inertia count as equal.
@@ -52,13 +52,6 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
             ));
         }
     }
-    if needs.clumps && !needs.discs {
-        // angVel = q w with q before it is normalised: under a torque |q|² − 1 is about
-        // Δw·w Δt²/4, and what it does depends on the body axes, whose signs YADE chooses.
-        limits.push(Limit::differs(
-            "under a torque the angular velocity of clumps depends on the signs of the principal axes that YADE chooses, by some 1e-10 to 1e-8 of itself",
-        ));
-    }
     if needs.tangential_damping {
         limits.push(Limit::differs(
             "tangential contact forces that are written are those of the springs, without dashpots",
@@ -95,15 +88,6 @@ fn materials(model: &Model, limits: &mut Vec<Limit>) {
 
 fn walls(model: &Model, limits: &mut Vec<Limit>) {
     for wall in &model.walls {
-        if let Motion::Rotate { rate, .. } = &wall.motion
-            && !values::is_plane(wall)
-        {
-            let late = 0.5 * rate * rate * model.plan.step;
-            limits.push(Limit::differs(format!(
-                "wall `{}`: facets that turn have the velocity of half a step before, off by {late:.1e} m/s for every metre from the axis",
-                wall.name
-            )));
-        }
         match &wall.shape {
             WallShape::Mesh { mesh } if mesh.triangles.is_empty() => {
                 limits.push(Limit::refused(format!("wall `{}` has no triangles", wall.name)));

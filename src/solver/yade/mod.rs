@@ -35,7 +35,7 @@ impl Solver for Yade {
     }
 
     fn how_to_install(&self) -> &'static str {
-        "On Debian and Ubuntu: apt install yade. Another program can be named in RIPRAP_YADE."
+        "install it (Debian and Ubuntu: apt install yade), or set RIPRAP_YADE to the program"
     }
 
     fn takes_ranks(&self) -> bool {

@@ -2,7 +2,7 @@
 
 use super::series::{self, Class};
 use crate::geometry::Bounds;
-use crate::model::{Contact, Model, Motion, Needs, Wall, WallShape};
+use crate::model::{Contact, Model, Motion, Needs, Sphere, Wall, WallShape};
 use crate::num::Vec3;
 use crate::solver::deck::Header;
 use crate::solver::{Limit, Solver, SolverError, surface};
@@ -55,7 +55,6 @@ struct WallValues {
     motion: &'static str,
     velocity: [f64; 3],
     origin: [f64; 3],
-    rate: f64,
     turn: [f64; 3],
 }
 
@@ -115,7 +114,6 @@ impl WallValues {
             motion: "still",
             velocity: [0.0; 3],
             origin: [0.0; 3],
-            rate: 0.0,
             turn: [0.0; 3],
         };
         if let WallShape::Plane { point, .. } = &wall.shape {
@@ -139,8 +137,7 @@ impl WallValues {
             Motion::Rotate { origin, axis: turn, rate } => {
                 values.motion = "turn";
                 values.origin = plain(origin);
-                values.turn = plain(turn);
-                values.rate = *rate;
+                values.turn = plain(&(turn * *rate));
             }
         }
         values
@@ -426,27 +423,32 @@ impl Clumps {
     }
 }
 
-/// Values of `members.csv`: index of the sphere in the scene, x, y, z, radius.
+/// Values of `members.csv`: index of the sphere in the scene, place from the centre
+/// of mass, radius. Places are in body axes, in two dimensions in world axes.
 #[derive(Debug, Serialize)]
 pub struct Members {
+    needs: Needs,
     members: Vec<(usize, f64, f64, f64, f64)>,
 }
 
 impl Members {
     /// Reads the spheres of all clumps.
     pub fn new(model: &Model) -> Self {
-        let flat = model.needs().discs;
-        let centres = model.sphere_centres(&model.initial_states());
+        let needs = model.needs();
+        let place = |sphere: &Sphere| {
+            let turned = model.bodies[sphere.body as usize].orientation * sphere.offset;
+            if needs.discs { Vec3::new(turned.x, turned.y, 0.0) } else { sphere.offset }
+        };
         let members = model
             .spheres
             .iter()
-            .zip(&centres)
             .enumerate()
-            .filter(|(_, (sphere, _))| model.bodies[sphere.body as usize].sphere_count > 1)
-            .map(|(index, (sphere, c))| {
-                (index, c.x, c.y, if flat { 0.0 } else { c.z }, sphere.radius)
+            .filter(|(_, sphere)| model.bodies[sphere.body as usize].sphere_count > 1)
+            .map(|(index, sphere)| {
+                let place = place(sphere);
+                (index, place.x, place.y, place.z, sphere.radius)
             })
             .collect();
-        Self { members }
+        Self { needs, members }
     }
 }
