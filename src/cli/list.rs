@@ -2,9 +2,14 @@
 
 use super::arguments::{Kind, List};
 use super::{Ending, Screen};
+use crate::clump;
+use crate::dem;
+use crate::format;
 use crate::num::entry::MethodEntry;
+use crate::pack;
 use crate::scene::{Scene, shipped};
-use crate::{clump, dem, format, pack, shape, solver};
+use crate::shape;
+use crate::solver;
 use serde::Serialize;
 
 /// One line of a list.

@@ -1,9 +1,10 @@
 //! Grains of one kind, and their sizes.
 
 use super::validate_name;
+use crate::clump;
 use crate::num::Fault;
 use crate::num::units::Length;
-use crate::{clump, shape};
+use crate::shape;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{self, MapAccess, Visitor};
