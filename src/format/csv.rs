@@ -141,6 +141,12 @@ mod tests {
     }
 
     #[test]
+    fn units_behind_names_are_no_part_of_them() {
+        let (particles, notes) = parse("x [m],y [m],z [m],r [m]\n1,2,3,0.5").expect("a clump");
+        assert_eq!((particles.radii, notes), (vec![0.5], Vec::<String>::new()));
+    }
+
+    #[test]
     fn errors_name_the_line() {
         for (text, part) in [
             ("x,y,z,r\n0,0,0,1\n\n0,0,zero,1\n", "t.csv: line 4: `zero` is not a number"),

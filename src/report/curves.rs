@@ -79,7 +79,7 @@ pub fn heights(model: &Model, runs: &[&Run]) -> Chart {
 }
 
 /// Kinetic energy below this part of the largest is rest and not drawn.
-const QUIET: f64 = 1e-10;
+const QUIET: f64 = 1e-8;
 
 /// Kinetic energy over time for every run; on a logarithmic axis where it changes much.
 pub fn kinetic(model: &Model, runs: &[&Run]) -> Chart {

@@ -489,7 +489,7 @@ fn run(run: &Run, own: Option<&Statistics>) -> Plain {
         facts.extend([
             fact("Kinetic energy at the end", with_unit(last.kinetic, "J")),
             fact("Contacts at the end", count(last.contacts)),
-            fact("Coordination number at the end", significant(last.coordination, 4)),
+            fact("Sphere contacts of a body at the end", significant(last.coordination, 4)),
             fact(
                 "Worst overlap at any time",
                 format!("{} of the smaller radius", significant(worst, 3)),
