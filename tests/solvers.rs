@@ -307,7 +307,6 @@ fn tumbling() -> Model {
 fn clumps_out_of_balance_fall_and_bounce_like_our_own() {
     let liggghts = solver::all()[0];
     if let Some(worst) = twin_differences(liggghts, &tumbling()) {
-        println!("{worst:?}");
         assert!(worst.iter().all(|worst| *worst < 1e-10), "{worst:?}");
     }
     let mut flat = model(Dimension::Two, CONTACT);
@@ -317,7 +316,6 @@ fn clumps_out_of_balance_fall_and_bounce_like_our_own() {
     add_plane(&mut flat, "floor", Vec3::zeros(), Vec3::y(), Motion::Still);
     flat.plan.steps = 4000;
     if let Some(worst) = twin_differences(liggghts, &flat) {
-        println!("{worst:?}");
         assert!(worst.iter().all(|worst| *worst < 1e-10), "in two dimensions: {worst:?}");
     }
 }
@@ -326,10 +324,11 @@ fn clumps_out_of_balance_fall_and_bounce_like_our_own() {
 #[test]
 fn clumps_tumble_in_yade_like_our_own() {
     let mut model = tumbling();
+    // YADE may turn the axes of equal moments as it likes, and of falling ones it must.
+    model.bodies[1].inertia = Vec3::new(1.4e-11, 1.1e-11, 1.1e-11);
     model.plan.scheme = Scheme::Yade;
     model.plan.law = Scheme::Yade.law();
     if let Some(worst) = twin_differences(solver::all()[1], &model) {
-        println!("{worst:?}");
         assert!(worst.iter().all(|worst| *worst < 1e-10), "{worst:?}");
     }
 }
@@ -354,7 +353,6 @@ fn turning_facets_agree_with_our_own() {
         model.gravity = Vec3::new(0.0, 0.0, -300.0);
         model.plan.steps = 3000;
         let Some(worst) = twin_differences(solver, &model) else { continue };
-        println!("{worst:?}");
         assert!(worst.iter().all(|worst| *worst < 1e-10), "{}: {worst:?}", solver.key());
     }
 }
@@ -429,12 +427,20 @@ fn sliding_planes_agree() {
 #[test]
 fn pistons_agree() {
     wall_agrees("piston", Vec3::z(), slide(0.0, 0.0, 0.3));
+}
+
+#[test]
+fn oblique_pistons_agree() {
     wall_agrees("oblique_piston", Vec3::new(0.3, 0.1, 1.0), slide(0.1, 0.0, 0.3));
 }
 
 #[test]
 fn turning_planes_agree() {
     wall_agrees("table", Vec3::z(), turn(Vec3::z()));
+}
+
+#[test]
+fn paddles_agree() {
     wall_agrees("paddle", Vec3::z(), turn(Vec3::y()));
 }
 

@@ -134,8 +134,8 @@ struct Field<'a> {
     spins: &'a [Vec3],
     planes: &'a [PlaneNow],
     faces: &'a [[Vec3; 3]],
-    /// Pairs at overlap 0 touch (YADE) or not (LIGGGHTS).
-    grazing: bool,
+    /// Pairs at overlap 0 touch (YADE) or not (LIGGGHTS); walls turn about the end of the arm.
+    yade: bool,
 }
 
 fn pass<const FRICTION: bool, const DAMPING: bool>(
@@ -154,7 +154,7 @@ fn pass<const FRICTION: bool, const DAMPING: bool>(
         spins: &state.spins,
         planes: &work.planes,
         faces: &work.faces,
-        grazing: setting.scheme == Scheme::Yade,
+        yade: setting.scheme == Scheme::Yade,
     };
     match &work.pool {
         None => serial::<FRICTION, DAMPING>(
@@ -374,7 +374,7 @@ fn pair<const FRICTION: bool, const DAMPING: bool>(
     let between = me.place - them.place;
     let square = between.norm_squared();
     let sum = me.radius + them.radius;
-    let touches = square < sum * sum || (field.grazing && square == sum * sum);
+    let touches = square < sum * sum || (field.yade && square == sum * sum);
     if !touches && !book.touching[k] {
         return None;
     }
@@ -435,6 +435,10 @@ fn at_wall<const FRICTION: bool, const DAMPING: bool>(
     if FRICTION {
         velocity += normal.cross(&(field.spins[slot] * arm));
         spins = field.spins[slot] + spot.spin;
+        if field.yade {
+            // YADE takes the velocity at the contact point, where the arm ends.
+            velocity += spot.spin.cross(&(normal * (arm - spot.distance)));
+        }
     }
     let law = field.setting.pair(ball.material, spot.material);
     let approach = Approach { normal, overlap, velocity, spins };

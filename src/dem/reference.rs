@@ -244,12 +244,16 @@ impl<'a> Twin<'a> {
                 continue;
             }
             let part = if plane.full_arm { 1.0 } else { 0.5 };
+            let normal = plane.normal * height.signum();
+            let foot = grain.place - plane.normal * height;
+            let deep = self.model.plan.scheme == Scheme::Yade && !plane.full_arm;
+            let depth = if deep { 0.5 * overlap } else { 0.0 };
             others.push(Other {
                 key: (index, 1, number),
-                normal: plane.normal * height.signum(),
+                normal,
                 overlap,
                 arms: [grain.radius - part * overlap, 0.0],
-                velocity: plane.motion.velocity(&(grain.place - plane.normal * height)),
+                velocity: plane.motion.velocity(&(foot - normal * depth)),
                 spin: wall_spin(&plane.motion),
                 body: None,
                 material: plane.material,
@@ -273,12 +277,14 @@ impl<'a> Twin<'a> {
             }
             met.push(face as u32);
             let overlap = grain.radius - away.norm();
+            // YADE takes the velocity of facets at the middle of the overlap.
+            let depth = if self.model.plan.scheme == Scheme::Yade { 0.5 * overlap } else { 0.0 };
             others.push(Other {
                 key: (index, 2, face),
                 normal: away.normalize(),
                 overlap,
                 arms: [grain.radius - 0.5 * overlap, 0.0],
-                velocity: wall.motion.velocity(&point),
+                velocity: wall.motion.velocity(&(point - away.normalize() * depth)),
                 spin: wall_spin(&wall.motion),
                 body: None,
                 material: wall.material,

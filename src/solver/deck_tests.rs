@@ -325,7 +325,7 @@ fn yade_rules(needs: &Needs, model: &Model) -> Vec<Rule> {
         rule("turning", turning && facets, &["turn.cross"]),
         rule("sliding", needs.sliding_walls, &[".state.vel = Vector3(0.1"]),
         rule("one friction", false, &["MatchMaker", "math.atan"]),
-        rule("rotation", needs.rotation, &["angVel"]),
+        rule("rotation", needs.rotation || (turning && facets), &["angVel"]),
         rule("moving bodies", needs.spheres && moves(model), &["b.state.vel ="]),
     ]
 }

@@ -61,7 +61,7 @@ turn = Vector3({{ w.turn[0] }}, {{ w.turn[1] }}, {{ w.turn[2] }})
 point = facet([(0, 0, 0), (1e-9, 0, 0), (0, 1e-9, 0)], noBound=True, material=materials[{{ w.material }}], color=grey)
 point.state.pos = centre
 point.state.mass = 1
-point.state.inertia = Vector3(1, 1, 1)
+point.state.inertia = Vector3(1, 2, 3)
 clump, parts = O.bodies.appendClumped({{ w.variable }} + [point], discretization=0)
 O.bodies[clump].state.blockedDOFs = 'xyzXYZ'
 for k in [clump] + parts:
@@ -99,8 +99,8 @@ for r in table('spheres.csv'):
 {%- if needs.clumps %}
 
 # Clumps: spheres without mass and one point (a facet that touches nothing) that
-# carries mass and inertia. They are made about the origin in their principal axes,
-# so that YADE takes these axes, and then put in place.
+# carries the mass. They are made about the origin in their principal axes, with moments
+# of which YADE takes the axes as they are, and then get their own moments and place.
 clumps = []
 members = table('members.csv')
 for r in table('clumps.csv'):
@@ -111,14 +111,15 @@ for r in table('clumps.csv'):
     point = facet([(0, 0, 0), (1e-9, 0, 0), (0, 1e-9, 0)], noBound=True, material=m, color=grey)
     point.state.pos = Vector3(0, 0, 0)
     point.state.mass = r[10]
-    point.state.inertia = Vector3(*r[11:14])
+    point.state.inertia = Vector3(1, 2, 3)
     spheres = [sphere(s[1:4], s[4], material=m, color=grey) for s in members[first:first + count]]
     clump, parts = O.bodies.appendClumped(spheres + [point], discretization=0)
     v = Vector3(*r[14:17])
     w = Vector3(*r[17:20])
     state = O.bodies[clump].state
+    state.inertia = Vector3(*r[11:14])
     state.pos = x
-    state.ori = q * state.ori
+    state.ori = q
     state.vel = v
     state.angVel = w
 {%- if needs.discs %}
