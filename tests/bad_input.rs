@@ -273,7 +273,7 @@ fn an_inside_out_mesh_is_turned_and_reported() {
     assert!(message.contains("inside out") || message.contains("flipped"), "{message}");
     let rows: serde_json::Value =
         serde_json::from_slice(&output.stdout).expect("JSON on standard output");
-    let volume = rows[0]["measures"]["volume"].as_f64().expect("a volume");
+    let volume = rows["files"][0]["measures"]["volume"].as_f64().expect("a volume");
     assert!((volume - 1.0 / 6.0).abs() < 1e-12, "{volume}");
 }
 

@@ -31,7 +31,7 @@ pub fn export(arguments: &Export, screen: &Screen) -> Result<(), Ending> {
         let notes: Vec<&str> = limits.iter().map(|limit| limit.what.as_str()).collect();
         written.push(json!({ "solver": solver.key(), "folder": deck.folder, "notes": notes }));
     }
-    screen.result(&written, &text)
+    screen.result(&json!({ "decks": written }), &text)
 }
 
 /// Ranks and processor grid for solvers that take them, one rank for the others.

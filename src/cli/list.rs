@@ -11,6 +11,7 @@ use crate::scene::{Scene, shipped};
 use crate::shape;
 use crate::solver;
 use serde::Serialize;
+use serde_json::json;
 
 /// One line of a list.
 #[derive(Debug, Serialize)]
@@ -43,7 +44,7 @@ pub fn list(arguments: &List, screen: &Screen) -> Result<(), Ending> {
         Some(kind) => lines(kind),
         None => all.into_iter().flat_map(lines).collect(),
     };
-    screen.result(&lines, &table(&lines))
+    screen.result(&json!({ "entries": lines }), &table(&lines))
 }
 
 fn lines(kind: Kind) -> Vec<Line> {

@@ -19,7 +19,7 @@ pub fn measure(arguments: &Measure, screen: &Screen) -> Result<(), Ending> {
         rows.push(value);
         text.push_str(&lines);
     }
-    screen.result(&rows, &text)
+    screen.result(&json!({ "files": rows }), &text)
 }
 
 /// A row as JSON and as `name value` lines.

@@ -28,8 +28,12 @@ fn every_shipped_scene_is_judged_usable() {
     }
     assert!(bench.path("own-grains/grains/sample-2.stl").exists());
     let listed = bench.ok(&["list", "scenes", "--json"]).json();
-    let names: Vec<&str> =
-        listed.as_array().expect("rows").iter().filter_map(|row| row["key"].as_str()).collect();
+    let names: Vec<&str> = listed["entries"]
+        .as_array()
+        .expect("rows")
+        .iter()
+        .filter_map(|row| row["key"].as_str())
+        .collect();
     assert_eq!(names, SHIPPED);
     assert_eq!(bench.call(&["new", "no-such-scene"]).code, 2);
 }
@@ -67,7 +71,7 @@ fn lists_name_keys_sources_and_an_example() {
         let plain = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(plain(&all).contains(&plain(&part)), "{kind}");
         let rows = bench.ok(&["list", kind, "--json"]).json();
-        assert!(rows.as_array().is_some_and(|rows| !rows.is_empty()), "{kind}");
+        assert!(rows["entries"].as_array().is_some_and(|rows| !rows.is_empty()), "{kind}");
     }
     let clumps = bench.ok(&["list", "clumps"]).out;
     assert!(clumps.contains("Ferellec & McDowell 2010"), "{clumps}");

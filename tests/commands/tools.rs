@@ -22,7 +22,7 @@ fn measures_meshes_tables_and_dumps() {
     bench.ok(&["convert", "s.out/run/final.csv", "final.dump"]);
     let files = ["egg.stl", "s.out/run/final.csv", "s.out/packing.vtp", "final.dump"];
     let rows = bench.ok(&[&["measure", "--json"], &files[..]].concat()).json();
-    let measures = |row: usize| &rows[row]["measures"];
+    let measures = |row: usize| &rows["files"][row]["measures"];
     let diameter = measures(0)["volume_diameter"].as_f64().expect("a diameter");
     let exact = (0.02_f64 * 0.015 * 0.01).cbrt();
     assert!((diameter / exact - 1.0).abs() < 0.02, "{diameter} {exact}");

@@ -175,7 +175,8 @@ fn frame(
 ) -> Result<Frame, String> {
     let count = model.spheres.len();
     let spins = model.needs().rotation;
-    let columns = if spins { 13 } else { 10 };
+    // id, place, velocity, spin if anything turns, force, radius.
+    let columns = if spins { 14 } else { 11 };
     let all = count + points.len();
     if block.rows.len() != all {
         return Err(format!("{} atoms of {all} are there: some were lost", block.rows.len()));
@@ -202,7 +203,7 @@ fn frame(
         frame.centres.push(vector(row, 1));
         frame.velocities.push(vector(row, 4));
         frame.spins.push(if spins { vector(row, 7) } else { Vec3::zeros() });
-        frame.forces.push(vector(row, columns - 3));
+        frame.forces.push(vector(row, columns - 4));
     }
     let places = block.rows[count..].iter().map(|row| vector(row, 1));
     let places: Points = points.keys().copied().zip(places).collect();
@@ -314,7 +315,7 @@ mod tests {
         let model = crate::solver::deck::examples::two_spheres();
         let states = model.initial_states();
         let row = |id: f64| {
-            let mut row = vec![0.0; if model.needs().rotation { 13 } else { 10 }];
+            let mut row = vec![0.0; if model.needs().rotation { 14 } else { 11 }];
             row[0] = id;
             row
         };
