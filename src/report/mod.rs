@@ -26,19 +26,16 @@ mod sections;
 mod shade;
 mod verdict;
 
-use std::path::{Path, PathBuf};
+use crate::format::{FormatError, atomic};
+use std::io::Write;
+use std::path::Path;
 
 /// What can go wrong with a report.
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
     /// A file could not be written.
-    #[error("cannot write {}: {source}", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// Why not.
-        source: std::io::Error,
-    },
+    #[error(transparent)]
+    File(#[from] FormatError),
     /// The picture could not be turned into a PNG file.
     #[error("cannot encode the picture: {0}")]
     Png(#[from] png::EncodingError),
@@ -52,10 +49,6 @@ pub enum ReportError {
 
 /// Writes a whole file or nothing: to a temporary beside it, then renamed.
 pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
-    let fault = |source| ReportError::Write { path: path.to_owned(), source };
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(".part");
-    let temporary = path.with_file_name(name);
-    std::fs::write(&temporary, bytes).map_err(fault)?;
-    std::fs::rename(&temporary, path).map_err(fault)
+    atomic::write(path, |out| out.write_all(bytes))?;
+    Ok(())
 }

@@ -62,14 +62,11 @@ impl Road {
         let mut twins = Vec::new();
         for (solver, outcome) in able.iter().zip(self.run_outside(&able, &model)?) {
             match outcome {
-                Ok(run) => {
-                    if let Outcome::Failed { reason } = &run.outcome {
-                        failures.push(format!("{}: {reason}", solver.name()));
-                        continue;
-                    }
-                    if let Some(twin) = self.twin(solver.key(), &model)? {
-                        twins.push(Twin { of: others.len(), ..twin });
-                    }
+                Ok((Run { outcome: Outcome::Failed { reason }, .. }, _)) => {
+                    failures.push(format!("{}: {reason}", solver.name()));
+                }
+                Ok((run, twin)) => {
+                    twins.extend(twin.map(|twin| Twin { of: others.len(), ..twin }));
                     others.push(run);
                 }
                 Err(message) => failures.push(message),
@@ -119,55 +116,37 @@ impl Road {
         model
     }
 
-    /// Runs each solver in a thread of its own.
+    /// Runs each solver, and our DEM in that solver's scheme, in a thread of its own;
+    /// no more at a time than the job has threads.
     fn run_outside(
         &mut self,
         solvers: &[&'static dyn Solver],
         model: &Model,
-    ) -> Result<Vec<Result<Run, String>>, RoadError> {
+    ) -> Result<Vec<Outside>, RoadError> {
         let mut decks = Vec::new();
         for solver in solvers {
-            decks.push(self.export(*solver, model, &DeckOptions::default())?);
+            decks.push((*solver, self.export(*solver, model, &DeckOptions::default())?));
         }
-        let job = self.job.with_threads(1);
-        let runs = std::thread::scope(|scope| {
-            let threads: Vec<_> = solvers
-                .iter()
-                .zip(&decks)
-                .map(|(solver, deck)| {
-                    let job = job.clone();
-                    scope.spawn(move || outside(*solver, model, deck, &job))
-                })
-                .collect();
-            threads
-                .into_iter()
-                .map(|thread| {
+        let alone = self.job.with_threads(1);
+        let mut runs = Vec::new();
+        for group in decks.chunks(self.job.threads) {
+            std::thread::scope(|scope| {
+                let start = |(solver, deck): &'_ (&'static dyn Solver, Deck)| {
+                    let (solver, deck, job) = (*solver, deck.clone(), alone.clone());
+                    scope.spawn(move || outside(solver, model, &deck, &job))
+                };
+                let threads: Vec<_> = group.iter().map(start).collect();
+                runs.extend(threads.into_iter().map(|thread| {
                     thread
                         .join()
                         .unwrap_or_else(|_| Err("a solver's reader ended early".to_owned()))
-                })
-                .collect()
-        });
+                }));
+            });
+        }
         if self.job.is_cancelled() {
             return Err(RoadError::Cancelled);
         }
         Ok(runs)
-    }
-
-    /// Our own DEM with the solver's own scheme: what the solver should give to round-off.
-    fn twin(&self, key: &str, model: &Model) -> Result<Option<Twin>, RoadError> {
-        let scheme = match key {
-            "liggghts" => Scheme::Liggghts,
-            "yade" => Scheme::Yade,
-            _ => return Ok(None),
-        };
-        let mut model = model.clone();
-        let tension = model.plan.law.tension;
-        model.plan.scheme = scheme;
-        model.plan.law = scheme.law();
-        model.plan.law.tension = tension && scheme == Scheme::Liggghts;
-        let run = dem::run(&model, &self.job)?;
-        Ok(Some(Twin { of: 0, scheme: scheme.key().to_owned(), run }))
     }
 
     /// Writes the report of a run without comparison, `report/index.html`, from what [`Road::run`] gave.
@@ -194,6 +173,28 @@ fn able(solvers: &[&'static dyn Solver], model: &Model) -> (Vec<&'static dyn Sol
     (able, refused)
 }
 
-fn outside(solver: &dyn Solver, model: &Model, deck: &Deck, job: &Job) -> Result<Run, String> {
-    solver.run(model, deck, job).map_err(|error| format!("{}: {error}", solver.name()))
+/// A solver's run with our own in its scheme, or what went wrong.
+type Outside = Result<(Run, Option<Twin>), String>;
+
+fn outside(solver: &dyn Solver, model: &Model, deck: &Deck, job: &Job) -> Outside {
+    let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", solver.name());
+    let run = solver.run(model, deck, job).map_err(|error| failed(&error))?;
+    let twin = twin(solver.key(), model, job).map_err(|error| failed(&error))?;
+    Ok((run, twin))
+}
+
+/// Our own DEM with the solver's own scheme: what the solver should give to round-off.
+fn twin(key: &str, model: &Model, job: &Job) -> Result<Option<Twin>, dem::DemError> {
+    let scheme = match key {
+        "liggghts" => Scheme::Liggghts,
+        "yade" => Scheme::Yade,
+        _ => return Ok(None),
+    };
+    let mut model = model.clone();
+    let tension = model.plan.law.tension;
+    model.plan.scheme = scheme;
+    model.plan.law = scheme.law();
+    model.plan.law.tension = tension && scheme == Scheme::Liggghts;
+    let run = dem::run(&model, job)?;
+    Ok(Some(Twin { of: 0, scheme: scheme.key().to_owned(), run }))
 }
