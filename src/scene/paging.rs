@@ -53,7 +53,7 @@ pub fn write(
         packing: Some(&packed.packing),
         ours: Some(compared.map_or(run, |compared| &compared.ours)),
         others: compared.map_or(&[], |compared| &compared.others),
-        comparison: compared.map(|compared| &compared.comparison),
+        comparison: compared.filter(|c| !c.others.is_empty()).map(|compared| &compared.comparison),
         missing: compared.map_or(&[], |compared| &compared.missing),
         commands: &commands,
     };

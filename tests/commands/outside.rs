@@ -163,3 +163,15 @@ fn a_solver_that_fails_or_is_missing_ends_with_3() {
         assert!(bench.path("s.out/run/final.csv").exists(), "what is finished is kept");
     }
 }
+
+#[test]
+fn without_solvers_the_rest_is_done() {
+    let bench = Bench::with(BALLS);
+    let mut command = bench.command(&["compare", "s.toml"]);
+    command.env("RIPRAP_LIGGGHTS", "/nonexistent").env("RIPRAP_YADE", "/nonexistent");
+    let said = super::bench::Did::of(command.output().expect("the program starts"));
+    assert_eq!(said.code, 3, "{}", said.err);
+    assert!(said.err.contains("YADE") && said.err.contains("apt install"), "{}", said.err);
+    assert!(bench.path("s.out/report/index.html").exists());
+    assert!(bench.path("s.out/run/final.csv").exists());
+}
