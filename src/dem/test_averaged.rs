@@ -25,7 +25,7 @@ fn end(run: &Run) -> &Frame {
 
 fn rms(errors: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = errors.fold((0.0, 0.0), |(sum, count), e| (sum + e * e, count + 1.0));
-    (sum / count as f64).sqrt()
+    (sum / count).sqrt()
 }
 
 /// Fitted order of errors at so many steps a contact.

@@ -73,11 +73,11 @@ mod tests {
     #[test]
     fn published_roots() {
         let clipped = damping_ratio(0.5, false).expect("0.5 can be reached");
-        assert!((clipped - 0.25527563764865181).abs() < 1e-14, "{clipped}");
+        assert!((clipped - 0.255_275_637_648_651_8).abs() < 1e-14, "{clipped}");
         let kept = damping_ratio(0.5, true).expect("0.5 can be reached");
         assert!((kept - 0.21545376196624678).abs() < 1e-14, "{kept}");
         let c = dashpot(0.5, 1e5, MASS, false).expect("0.5 can be reached");
-        assert!((c - 16.521659763426719).abs() < 1e-11, "{c}");
+        assert!((c - 16.521_659_763_426_72).abs() < 1e-11, "{c}");
     }
 
     #[test]
