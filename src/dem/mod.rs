@@ -4,7 +4,8 @@
 //! Three schemes share everything but the order of operations:
 //! `leapfrog` (ours), `liggghts` and `yade` (those codes to round-off). A fourth,
 //! `path_averaged` (ours), averages forces over the path of each step and is of
-//! second order where contacts begin and end (see [`averaged`]).
+//! second order where contacts begin and end (see [`averaged`]), of first order while a
+//! contact slips in a turning direction.
 //!
 //! Which velocity stands where, with F_n evaluated at x_n and v_{n−1/2}:
 //! - `leapfrog`, `liggghts`: model velocities are v_0; frames hold x_n, v_n, ω_n.
