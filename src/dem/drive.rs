@@ -4,7 +4,10 @@ use super::forces::{Workspace, evaluate};
 use super::law::Rule;
 use super::setting::Setting;
 use super::state::{Load, State};
-use super::{DemError, Observer, Summary, checkpoint, guard, ledger, limit, motion, neighbours};
+use super::{
+    DemError, Observer, Summary, averaged_motion, checkpoint, guard, ledger, limit, motion,
+    neighbours,
+};
 use crate::model::{Cost, Model, Outcome, Scheme};
 use crate::num::{Job, Vec3, clock};
 use std::time::Instant;
@@ -97,6 +100,9 @@ fn start(
 
 /// From one force pass to just after the next.
 fn one_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace) -> Option<String> {
+    if setting.scheme == Scheme::PathAveraged {
+        return averaged_step(setting, state, work);
+    }
     state.ledger.add_half();
     let mut stopped = None;
     if motion::advance(setting, state) {
@@ -105,6 +111,20 @@ fn one_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace) -> O
     }
     force_pass(setting, state, work, false);
     motion::finish(setting, state);
+    stopped
+}
+
+/// Half a step, force pass, half a step.
+fn averaged_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace) -> Option<String> {
+    let mut stopped = None;
+    if averaged_motion::first_half(setting, state) {
+        neighbours::rebuild(setting, state);
+        stopped = guard::check(setting, state);
+    }
+    force_pass(setting, state, work, false);
+    averaged_motion::second_half(setting, state);
+    // Powers act over the whole of this step.
+    state.ledger.add_half();
     stopped
 }
 

@@ -10,10 +10,11 @@
 //! write it to a buffer first (72 bytes a listed pair) and sum a sphere at a time.
 //! O(candidates); cannot fail.
 
+use super::averaged_pass::{self, Memory};
 use super::law::{Approach, BookView, Reply, Rule, Tally, release, respond};
 use super::neighbours;
 use super::setting::{PlaneNow, Setting, wall_spin};
-use super::state::{Ball, List, Load, State};
+use super::state::{Ball, Lightness, List, Load, State};
 use super::surface::{self, Feature};
 use crate::model::Scheme;
 use crate::num::Vec3;
@@ -34,15 +35,18 @@ pub struct Workspace {
     planes: Vec<PlaneNow>,
     faces: Vec<[Vec3; 3]>,
     walls_at: Option<u64>,
+    memory: Memory,
 }
 
 /// Force of a pair on its first sphere.
 #[derive(Debug, Clone, Copy)]
-struct Push {
-    force: Vec3,
+pub struct Push {
+    /// The force, N.
+    pub force: Vec3,
     /// Normal × tangential force; times the arm it is the torque taken from each sphere.
-    couple: Vec3,
-    arms: [f64; 2],
+    pub couple: Vec3,
+    /// Arms of both spheres, m.
+    pub arms: [f64; 2],
 }
 
 const NO_PUSH: Push =
@@ -64,6 +68,7 @@ impl Workspace {
             planes: Vec::new(),
             faces: Vec::new(),
             walls_at: None,
+            memory: Memory::default(),
         }
     }
 
@@ -72,7 +77,7 @@ impl Workspace {
         if self.walls_at == Some(step) {
             return;
         }
-        let time = step as f64 * setting.step;
+        let time = setting.pass_time(step);
         let first = self.walls_at.is_none();
         self.walls_at = Some(step);
         if first || setting.needs.sliding_walls || setting.needs.turning_walls {
@@ -118,27 +123,45 @@ pub fn evaluate(
     rule: &Rule,
 ) -> Tally {
     work.place_walls(setting, state.step);
-    match (setting.kept.friction, setting.kept.damping) {
-        (false, false) => pass::<false, false>(setting, state, work, rule),
-        (false, true) => pass::<false, true>(setting, state, work, rule),
-        (true, false) => pass::<true, false>(setting, state, work, rule),
-        (true, true) => pass::<true, true>(setting, state, work, rule),
+    let averaged = setting.scheme == Scheme::PathAveraged;
+    if averaged && (setting.kept.damping || !state.solids.is_empty()) {
+        work.memory.look(setting, state);
+    }
+    match (setting.kept.friction, setting.kept.damping, averaged) {
+        (false, false, false) => pass::<false, false, false>(setting, state, work, rule),
+        (false, true, false) => pass::<false, true, false>(setting, state, work, rule),
+        (true, false, false) => pass::<true, false, false>(setting, state, work, rule),
+        (true, true, false) => pass::<true, true, false>(setting, state, work, rule),
+        (false, false, true) => pass::<false, false, true>(setting, state, work, rule),
+        (false, true, true) => pass::<false, true, true>(setting, state, work, rule),
+        (true, false, true) => pass::<true, false, true>(setting, state, work, rule),
+        (true, true, true) => pass::<true, true, true>(setting, state, work, rule),
     }
 }
 
 /// What every kernel reads.
-struct Field<'a> {
-    setting: &'a Setting<'a>,
-    rule: &'a Rule,
-    balls: &'a [Ball],
-    spins: &'a [Vec3],
-    planes: &'a [PlaneNow],
-    faces: &'a [[Vec3; 3]],
+pub struct Field<'a> {
+    /// Fixed data.
+    pub setting: &'a Setting<'a>,
+    /// What the pass is for.
+    pub rule: &'a Rule,
+    /// Spheres.
+    pub balls: &'a [Ball],
+    /// Their angular velocities.
+    pub spins: &'a [Vec3],
+    /// Their inverse mass properties.
+    pub light: &'a [Lightness],
+    /// Planes at the time of the pass.
+    pub planes: &'a [PlaneNow],
+    /// Triangles at the time of the pass.
+    pub faces: &'a [[Vec3; 3]],
+    /// Last step and effective masses, where forces are averaged over the path.
+    pub memory: &'a Memory,
     /// Pairs at overlap 0 touch (YADE) or not (LIGGGHTS); walls turn about the end of the arm.
     yade: bool,
 }
 
-fn pass<const FRICTION: bool, const DAMPING: bool>(
+fn pass<const FRICTION: bool, const DAMPING: bool, const AVERAGED: bool>(
     setting: &Setting<'_>,
     state: &mut State,
     work: &mut Workspace,
@@ -152,12 +175,14 @@ fn pass<const FRICTION: bool, const DAMPING: bool>(
         rule,
         balls: &state.balls,
         spins: &state.spins,
+        light: &state.light,
         planes: &work.planes,
         faces: &work.faces,
+        memory: &work.memory,
         yade: setting.scheme == Scheme::Yade,
     };
     match &work.pool {
-        None => serial::<FRICTION, DAMPING>(
+        None => serial::<FRICTION, DAMPING, AVERAGED>(
             &field,
             &mut state.pairs,
             &mut state.planes,
@@ -165,7 +190,7 @@ fn pass<const FRICTION: bool, const DAMPING: bool>(
             &mut state.loads,
         ),
         Some(pool) => pool.install(|| {
-            parallel::<FRICTION, DAMPING>(
+            parallel::<FRICTION, DAMPING, AVERAGED>(
                 &field,
                 &mut state.pairs,
                 &mut state.planes,
@@ -178,7 +203,7 @@ fn pass<const FRICTION: bool, const DAMPING: bool>(
     }
 }
 
-fn serial<const FRICTION: bool, const DAMPING: bool>(
+fn serial<const FRICTION: bool, const DAMPING: bool, const AVERAGED: bool>(
     field: &Field<'_>,
     pairs: &mut List,
     planes: &mut List,
@@ -197,8 +222,14 @@ fn serial<const FRICTION: bool, const DAMPING: bool>(
             let range = pairs.start[slot] as usize..pairs.start[slot + 1] as usize;
             for k in range {
                 let other = pairs.partner[k] as usize;
-                let push =
-                    pair::<FRICTION, DAMPING>(field, slot, other, &mut pair_book, k, &mut inner);
+                let push = pair::<FRICTION, DAMPING, AVERAGED>(
+                    field,
+                    slot,
+                    other,
+                    &mut pair_book,
+                    k,
+                    &mut inner,
+                );
                 let Some(push) = push else { continue };
                 load.force += push.force;
                 loads[other].force -= push.force;
@@ -208,7 +239,7 @@ fn serial<const FRICTION: bool, const DAMPING: bool>(
                 }
             }
             let range = planes.start[slot] as usize..planes.start[slot + 1] as usize;
-            on_planes::<FRICTION, DAMPING>(
+            on_planes::<FRICTION, DAMPING, AVERAGED>(
                 field,
                 slot,
                 &planes.partner[range.clone()],
@@ -219,7 +250,7 @@ fn serial<const FRICTION: bool, const DAMPING: bool>(
             );
             let range = faces.start[slot] as usize..faces.start[slot + 1] as usize;
             if !range.is_empty() {
-                on_faces::<FRICTION, DAMPING>(
+                on_faces::<FRICTION, DAMPING, AVERAGED>(
                     field,
                     slot,
                     &faces.partner[range.clone()],
@@ -255,7 +286,7 @@ struct WallPart<'a> {
     tally: Tally,
 }
 
-fn parallel<const FRICTION: bool, const DAMPING: bool>(
+fn parallel<const FRICTION: bool, const DAMPING: bool, const AVERAGED: bool>(
     field: &Field<'_>,
     pairs: &mut List,
     planes: &mut List,
@@ -279,7 +310,7 @@ fn parallel<const FRICTION: bool, const DAMPING: bool>(
         for slot in part.first..(part.first + BLOCK).min(count) {
             for k in pairs.start[slot] as usize..pairs.start[slot + 1] as usize {
                 let (other, at) = (pairs.partner[k] as usize, k - part.base);
-                part.pushes[at] = pair::<FRICTION, DAMPING>(
+                part.pushes[at] = pair::<FRICTION, DAMPING, AVERAGED>(
                     field,
                     slot,
                     other,
@@ -326,7 +357,7 @@ fn parallel<const FRICTION: bool, const DAMPING: bool>(
             }
             let range = planes.start[slot] as usize..planes.start[slot + 1] as usize;
             let base = range.start - part.planes.1;
-            on_planes::<FRICTION, DAMPING>(
+            on_planes::<FRICTION, DAMPING, AVERAGED>(
                 field,
                 slot,
                 &planes.partner[range],
@@ -338,7 +369,7 @@ fn parallel<const FRICTION: bool, const DAMPING: bool>(
             let range = faces.start[slot] as usize..faces.start[slot + 1] as usize;
             if !range.is_empty() {
                 let base = range.start - part.faces.1;
-                on_faces::<FRICTION, DAMPING>(
+                on_faces::<FRICTION, DAMPING, AVERAGED>(
                     field,
                     slot,
                     &faces.partner[range],
@@ -362,7 +393,7 @@ fn parallel<const FRICTION: bool, const DAMPING: bool>(
 
 /// Force of one sphere–sphere candidate on the first of the two; `None` if apart.
 #[inline(always)]
-fn pair<const FRICTION: bool, const DAMPING: bool>(
+fn pair<const FRICTION: bool, const DAMPING: bool, const AVERAGED: bool>(
     field: &Field<'_>,
     slot: usize,
     other: usize,
@@ -370,6 +401,9 @@ fn pair<const FRICTION: bool, const DAMPING: bool>(
     k: usize,
     tally: &mut Tally,
 ) -> Option<Push> {
+    if AVERAGED {
+        return averaged_pass::pair::<FRICTION, DAMPING>(field, slot, other, book, k, tally);
+    }
     let (me, them) = (&field.balls[slot], &field.balls[other]);
     let between = me.place - them.place;
     let square = between.norm_squared();
@@ -457,7 +491,7 @@ fn at_wall<const FRICTION: bool, const DAMPING: bool>(
 }
 
 #[inline]
-fn on_planes<const FRICTION: bool, const DAMPING: bool>(
+fn on_planes<const FRICTION: bool, const DAMPING: bool, const AVERAGED: bool>(
     field: &Field<'_>,
     slot: usize,
     partners: &[u32],
@@ -466,6 +500,12 @@ fn on_planes<const FRICTION: bool, const DAMPING: bool>(
     load: &mut Load,
     tally: &mut Tally,
 ) {
+    if AVERAGED {
+        averaged_pass::on_planes::<FRICTION, DAMPING>(
+            field, slot, partners, base, book, load, tally,
+        );
+        return;
+    }
     let ball = &field.balls[slot];
     for (at, partner) in partners.iter().enumerate() {
         let plane = &field.planes[*partner as usize];
@@ -490,13 +530,17 @@ fn on_planes<const FRICTION: bool, const DAMPING: bool>(
 
 /// A triangle near a sphere.
 #[derive(Debug, Clone, Copy)]
-struct Hit {
-    point: Vec3,
-    touches: bool,
+pub struct Hit {
+    /// Its closest point, m.
+    pub point: Vec3,
+    /// Whether it acts on the sphere.
+    pub touches: bool,
+    /// Whether it took the spring of another in this pass.
+    pub inherits: bool,
 }
 
 #[allow(clippy::too_many_arguments)] // the arguments of `on_planes` and the scratch
-fn on_faces<const FRICTION: bool, const DAMPING: bool>(
+fn on_faces<const FRICTION: bool, const DAMPING: bool, const AVERAGED: bool>(
     field: &Field<'_>,
     slot: usize,
     partners: &[u32],
@@ -506,6 +550,12 @@ fn on_faces<const FRICTION: bool, const DAMPING: bool>(
     tally: &mut Tally,
     hits: &mut Vec<Hit>,
 ) {
+    if AVERAGED {
+        averaged_pass::on_faces::<FRICTION, DAMPING>(
+            field, slot, partners, base, book, load, tally, hits,
+        );
+        return;
+    }
     let ball = &field.balls[slot];
     find_hits(field, ball, partners, hits);
     if FRICTION {
@@ -545,17 +595,17 @@ fn find_hits(field: &Field<'_>, ball: &Ball, partners: &[u32], hits: &mut Vec<Hi
                     .iter()
                     .zip(hits.iter())
                     .any(|(other, hit)| hit.touches && surfaces.coplanar(*partner, *other)));
-        hits.push(Hit { point, touches });
+        hits.push(Hit { point, touches, inherits: false });
     }
 }
 
 /// A triangle that begins to touch takes the spring of a coplanar one that touched before.
-fn hand_over<const DAMPING: bool>(
+pub fn hand_over<const DAMPING: bool>(
     field: &Field<'_>,
     partners: &[u32],
     base: usize,
     book: &mut BookView<'_>,
-    hits: &[Hit],
+    hits: &mut [Hit],
 ) {
     for at in 0..partners.len() {
         if !hits[at].touches || book.touching[base + at] {
@@ -566,12 +616,16 @@ fn hand_over<const DAMPING: bool>(
                 && field.setting.surfaces.coplanar(partners[at], partners[*other])
         });
         let Some(donor) = donor else { continue };
+        hits[at].inherits = true;
         book.spring[base + at] = book.spring[base + donor];
         if let Some(normal) = book.normal.get(base + donor).copied() {
             book.normal[base + at] = normal;
         }
         if DAMPING {
             book.lag[base + at] = book.lag[base + donor];
+        }
+        if let Some(pull) = book.pull.get(base + donor).copied() {
+            book.pull[base + at] = pull;
         }
         if !hits[donor].touches {
             book.clear(base + donor);

@@ -82,10 +82,13 @@ pub struct Book {
     pub touching: Vec<bool>,
     /// Tangential springs, m; with friction only.
     pub spring: Vec<Vec3>,
-    /// Non-elastic normal force [N] and power of the tangential dashpot [W] at the last pass; with damping only.
+    /// Non-elastic normal force [N] and power of the tangential dashpot [W] at the last pass;
+    /// of path-averaged contacts the whole normal force [N] and 0. With damping only.
     pub lag: Vec<[f64; 2]>,
     /// Normal of the last pass; with springs that turn with it only.
     pub normal: Vec<Vec3>,
+    /// Tangential force on the sphere in the last pass, N; where dashpots are implicit only.
+    pub pull: Vec<Vec3>,
 }
 
 /// One entry of a book.
@@ -97,12 +100,14 @@ pub struct Record {
     pub lag: [f64; 2],
     /// See [`Book::normal`].
     pub normal: Vec3,
+    /// See [`Book::pull`].
+    pub pull: Vec3,
 }
 
 impl Record {
     /// The same contact seen from the other side.
     pub fn reversed(self) -> Self {
-        Self { spring: -self.spring, lag: self.lag, normal: -self.normal }
+        Self { spring: -self.spring, lag: self.lag, normal: -self.normal, pull: -self.pull }
     }
 }
 
@@ -115,6 +120,8 @@ pub struct Kept {
     pub damping: bool,
     /// Old normals.
     pub normals: bool,
+    /// Old tangential forces.
+    pub pulls: bool,
 }
 
 impl Book {
@@ -126,6 +133,7 @@ impl Book {
             spring: vec![Vec3::zeros(); of(kept.friction)],
             lag: vec![[0.0; 2]; of(kept.damping)],
             normal: vec![Vec3::zeros(); of(kept.friction && kept.normals)],
+            pull: vec![Vec3::zeros(); of(kept.friction && kept.pulls)],
         }
     }
 
@@ -135,6 +143,7 @@ impl Book {
             spring: self.spring.get(k).copied().unwrap_or_default(),
             lag: self.lag.get(k).copied().unwrap_or_default(),
             normal: self.normal.get(k).copied().unwrap_or_default(),
+            pull: self.pull.get(k).copied().unwrap_or_default(),
         }
     }
 
@@ -150,6 +159,9 @@ impl Book {
         if let Some(place) = self.normal.get_mut(k) {
             *place = record.normal;
         }
+        if let Some(place) = self.pull.get_mut(k) {
+            *place = record.pull;
+        }
     }
 
     /// The whole book as slices.
@@ -159,6 +171,7 @@ impl Book {
             spring: &mut self.spring,
             lag: &mut self.lag,
             normal: &mut self.normal,
+            pull: &mut self.pull,
         }
     }
 }
@@ -173,6 +186,8 @@ pub struct BookView<'a> {
     pub lag: &'a mut [[f64; 2]],
     /// See [`Book::normal`].
     pub normal: &'a mut [Vec3],
+    /// See [`Book::pull`].
+    pub pull: &'a mut [Vec3],
 }
 
 impl<'a> BookView<'a> {
@@ -182,7 +197,11 @@ impl<'a> BookView<'a> {
         let (s, spring) = self.spring.split_at_mut(at.min(self.spring.len()));
         let (l, lag) = self.lag.split_at_mut(at.min(self.lag.len()));
         let (n, normal) = self.normal.split_at_mut(at.min(self.normal.len()));
-        (Self { touching: t, spring: s, lag: l, normal: n }, Self { touching, spring, lag, normal })
+        let (p, pull) = self.pull.split_at_mut(at.min(self.pull.len()));
+        (
+            Self { touching: t, spring: s, lag: l, normal: n, pull: p },
+            Self { touching, spring, lag, normal, pull },
+        )
     }
 
     /// Empties entry `k`.
@@ -193,6 +212,9 @@ impl<'a> BookView<'a> {
         }
         if let Some(place) = self.lag.get_mut(k) {
             *place = [0.0; 2];
+        }
+        if let Some(place) = self.pull.get_mut(k) {
+            *place = Vec3::zeros();
         }
     }
 }
@@ -264,18 +286,7 @@ fn carry(rule: &Rule, approach: &Approach, book: &mut BookView<'_>, k: usize) ->
     let n = approach.normal;
     match rule.law.history {
         History::Projected => old,
-        History::Rescaled => {
-            let along = old.dot(&n);
-            let flat = old - n * along;
-            let (was, lost) = (old.norm_squared(), along * along);
-            if lost < 1e-8 * was {
-                // 1/√(1 − ε) to the last digit without a root: most contacts turn slowly.
-                flat * (1.0 + 0.5 * lost / was)
-            } else {
-                let is = flat.norm_squared();
-                if is > 0.0 { flat * (was / is).sqrt() } else { flat }
-            }
-        }
+        History::Rescaled => rescale(&old, &n),
         History::Rotated => {
             let from = book.normal[k];
             book.normal[k] = n;
@@ -286,21 +297,36 @@ fn carry(rule: &Rule, approach: &Approach, book: &mut BookView<'_>, k: usize) ->
     }
 }
 
+/// `old` projected on the plane of normal `n`, at its old length.
+#[inline(always)]
+pub fn rescale(old: &Vec3, n: &Vec3) -> Vec3 {
+    let along = old.dot(n);
+    let flat = old - n * along;
+    let (was, lost) = (old.norm_squared(), along * along);
+    if lost < 1e-8 * was {
+        // 1/√(1 − ε) to the last digit without a root: most contacts turn slowly.
+        flat * (1.0 + 0.5 * lost / was)
+    } else {
+        let is = flat.norm_squared();
+        if is > 0.0 { flat * (was / is).sqrt() } else { flat }
+    }
+}
+
 /// What the Coulomb limit leaves.
-struct Cut {
+pub struct Cut {
     /// Spring, m.
-    spring: Vec3,
+    pub spring: Vec3,
     /// The dashpot's part of the force, N.
-    dash: Vec3,
+    pub dash: Vec3,
     /// Whole force against the motion, N.
-    force: Vec3,
+    pub force: Vec3,
     /// Whether anything was cut.
-    slips: bool,
+    pub slips: bool,
 }
 
 /// Applies the Coulomb limit to a trial spring.
 #[inline(always)]
-fn cut(kind: Coulomb, pair: &Contact, trial: Vec3, slide: Vec3, limit: f64) -> Cut {
+pub fn cut(kind: Coulomb, pair: &Contact, trial: Vec3, slide: Vec3, limit: f64) -> Cut {
     let (pull, dash) = (trial * pair.kt, slide * pair.ct);
     let total = pull + dash;
     let limited = if kind == Coulomb::Sum { total } else { pull };
@@ -365,7 +391,7 @@ mod tests {
         })
     }
 
-    const KEPT: Kept = Kept { friction: true, damping: true, normals: true };
+    const KEPT: Kept = Kept { friction: true, damping: true, normals: true, pulls: false };
 
     proptest! {
         #[test]
@@ -377,7 +403,7 @@ mod tests {
             let normal = (Vec3::z() + tilt).normalize();
             let mut book = Book::open(1, KEPT);
             let flat = Vec3::new(old.x, old.y, 0.0);
-            book.restore(0, Record { spring: flat, lag: [0.0; 2], normal: Vec3::z() });
+            book.restore(0, Record { spring: flat, normal: Vec3::z(), ..Record::default() });
             let rule = Rule { law, advance: 1e-6, interval: 1e-6 };
             let approach = Approach { normal, overlap, velocity, spins: Vec3::zeros() };
             let mut tally = Tally::default();

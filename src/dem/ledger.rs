@@ -74,7 +74,12 @@ pub struct Sweep {
 pub fn sweep(setting: &Setting<'_>, state: &State) -> Sweep {
     let mut found = Sweep::default();
     let time = state.step as f64 * setting.step;
+    // Path-averaged contacts keep springs half a step back, and may have ended within it.
+    let averaged = setting.scheme == Scheme::PathAveraged;
+    let half = if averaged { 0.5 * setting.step } else { 0.0 };
+    let spin = |slot: usize| state.spins.get(slot).copied().unwrap_or_default();
     let mut add = |law: &crate::model::Contact, overlap: f64, spring: Vec3, radius: f64| {
+        let overlap = if averaged { overlap.max(0.0) } else { overlap };
         let stretch = 0.5 * law.kt * spring.norm_squared();
         found.elastic += 0.5 * law.kn * overlap * overlap + stretch;
         found.contacts += 1;
@@ -85,15 +90,29 @@ pub fn sweep(setting: &Setting<'_>, state: &State) -> Sweep {
         let (a, b) = (&state.balls[slot], &state.balls[other]);
         let overlap = a.radius + b.radius - (a.place - b.place).norm();
         let law = setting.pair(a.material, b.material);
-        add(law, overlap, state.pairs.book.record(k).spring, a.radius.min(b.radius));
+        let mut spring = state.pairs.book.record(k).spring;
+        if half > 0.0 && setting.needs.friction {
+            let turning =
+                spin(slot) * (a.radius - 0.5 * overlap) + spin(other) * (b.radius - 0.5 * overlap);
+            spring += slide(a.place - b.place, a.velocity - b.velocity, turning) * half;
+        }
+        add(law, overlap, spring, a.radius.min(b.radius));
         between += 1;
     });
     let planes: Vec<PlaneNow> = setting.planes_at(time);
     visit(&state.planes, |slot, plane, k| {
         let (ball, plane) = (&state.balls[slot], &planes[plane]);
-        let overlap = ball.radius - (ball.place - plane.point).dot(&plane.normal).abs();
+        let height = (ball.place - plane.point).dot(&plane.normal);
+        let overlap = ball.radius - height.abs();
         let law = setting.pair(ball.material, plane.material);
-        add(law, overlap, state.planes.book.record(k).spring, ball.radius);
+        let mut spring = state.planes.book.record(k).spring;
+        if half > 0.0 && setting.needs.friction {
+            let away = plane.normal * height;
+            let arm = ball.radius - overlap * if plane.full_arm { 1.0 } else { 0.5 };
+            let velocity = ball.velocity - plane.motion.velocity(&(ball.place - away));
+            spring += slide(away, velocity, spin(slot) * arm) * half;
+        }
+        add(law, overlap, spring, ball.radius);
     });
     visit(&state.faces, |slot, face, k| {
         let ball = &state.balls[slot];
@@ -102,10 +121,24 @@ pub fn sweep(setting: &Setting<'_>, state: &State) -> Sweep {
         let (point, _) = surface::closest(&ball.place, &corners);
         let overlap = ball.radius - (ball.place - point).norm();
         let law = setting.pair(ball.material, wall.material);
-        add(law, overlap, state.faces.book.record(k).spring, ball.radius);
+        let mut spring = state.faces.book.record(k).spring;
+        if half > 0.0 && setting.needs.friction {
+            let arm = ball.radius - 0.5 * overlap;
+            let velocity = ball.velocity - wall.motion.velocity(&point);
+            spring += slide(ball.place - point, velocity, spin(slot) * arm) * half;
+        }
+        add(law, overlap, spring, ball.radius);
     });
     found.between = between;
     found
+}
+
+/// Velocity in the contact plane: `away` from the partner to the sphere, `velocity`
+/// of the centre against the partner, `turning` the sum of spins times arms.
+fn slide(away: Vec3, velocity: Vec3, turning: Vec3) -> Vec3 {
+    let normal = away.normalize();
+    let whole = velocity + normal.cross(&turning);
+    whole - normal * whole.dot(&normal)
 }
 
 /// Calls `each(slot, partner, k)` for every touching entry.
@@ -194,6 +227,7 @@ pub fn row(setting: &Setting<'_>, state: &State) -> SeriesRow {
 
 /// Sphere–sphere contacts after the last force pass, by sphere numbers. Forces
 /// are those of the pass: elastic part from the overlap, the rest from the book.
+/// Of path-averaged contacts with dashpots it is the mean over the last step.
 pub fn touches(setting: &Setting<'_>, state: &State) -> Vec<Touch> {
     let mut all = Vec::new();
     visit(&state.pairs, |slot, other, k| {
@@ -205,7 +239,10 @@ pub fn touches(setting: &Setting<'_>, state: &State) -> Vec<Touch> {
         all.push(Touch {
             first: first.min(second),
             second: first.max(second),
-            normal: law.kn * overlap + record.lag[0],
+            normal: match setting.scheme {
+                Scheme::PathAveraged if setting.kept.damping => record.lag[0],
+                _ => law.kn * overlap + record.lag[0],
+            },
             tangential: law.kt * record.spring.norm(),
         });
     });

@@ -10,6 +10,9 @@
 //!
 //! A pair is listed while its gap is below the skin s; lists are valid while no
 //! sphere moved more than s/2, and no sphere and wall together more than s.
+//! Where contacts are looked for along the path of a step (`path_averaged`), the
+//! gap may be larger by twice the way w of half a step, and a sphere must be within
+//! s/2 + w of where it was at the build at both ends of the step.
 //! Tangential springs go over to the new lists by the spheres' numbers.
 //! O(N log N) time, O(N) memory. Cannot fail: positions that are not finite
 //! land in some cell and are caught by the guard.
@@ -18,6 +21,7 @@ use super::law::{Book, Record};
 use super::setting::Setting;
 use super::state::{Ball, List, State};
 use super::surface;
+use crate::model::Scheme;
 use crate::num::Vec3;
 
 /// More levels than any range of sizes needs (2^40).
@@ -25,8 +29,9 @@ const LEVELS: u32 = 40;
 
 /// Builds all lists anew.
 pub fn rebuild(setting: &Setting<'_>, state: &mut State) {
-    let time = state.step as f64 * setting.step;
+    let time = setting.pass_time(state.step);
     let memory = Memory::of(state);
+    state.sweep = sweep(setting, state);
     let grid = Grid::new(&state.balls, &state.order, setting.skin);
     permute(state, &grid);
     // What touches is in `memory`: the old lists go before the new ones come.
@@ -37,6 +42,20 @@ pub fn rebuild(setting: &Setting<'_>, state: &mut State) {
     state.built = state.balls.iter().map(|ball| ball.place).collect();
     state.built_at = state.step;
     state.rebuilds += 1;
+}
+
+/// Farthest that a sphere goes in half a step, and a wall, m; only where contacts are
+/// looked for along the path of a step. At most a diameter: what is faster flies through anyway.
+fn sweep(setting: &Setting<'_>, state: &State) -> f64 {
+    if setting.scheme != Scheme::PathAveraged {
+        return 0.0;
+    }
+    let square = state.balls.iter().map(|ball| ball.velocity.norm_squared()).fold(0.0, f64::max);
+    // A speed that is not finite is for the guard.
+    let half = 0.5 * setting.step;
+    let far = half * square.sqrt() + setting.wall_travel(0.0, half);
+    let most = state.balls.iter().map(|ball| 2.0 * ball.radius).fold(0.0, f64::max);
+    if far.is_finite() { far.min(most) } else { 0.0 }
 }
 
 /// Touching contacts by the spheres' numbers in the model.
@@ -230,7 +249,7 @@ fn permute(state: &mut State, grid: &Grid) {
 
 fn pairs(setting: &Setting<'_>, state: &State, grid: &Grid, memory: &[(u64, Record)]) -> List {
     let balls = &state.balls;
-    let skin = setting.skin;
+    let skin = setting.skin + 2.0 * state.sweep;
     let mut start = Vec::with_capacity(balls.len() + 1);
     let mut partner = Vec::with_capacity(4 * balls.len());
     start.push(0);
@@ -267,10 +286,11 @@ fn pairs(setting: &Setting<'_>, state: &State, grid: &Grid, memory: &[(u64, Reco
 
 fn planes(setting: &Setting<'_>, state: &State, time: f64, memory: &[(u64, Record)]) -> List {
     let now = setting.planes_at(time);
+    let skin = setting.skin + 2.0 * state.sweep;
     listed(setting, state, memory, |ball, found| {
         for (index, plane) in now.iter().enumerate() {
             let distance = (ball.place - plane.point).dot(&plane.normal).abs();
-            if distance < ball.radius + setting.skin {
+            if distance < ball.radius + skin {
                 found.push(index as u32);
             }
         }
@@ -284,9 +304,10 @@ fn faces(setting: &Setting<'_>, state: &State, time: f64, memory: &[(u64, Record
     }
     let now: Vec<[Vec3; 3]> = (0..count).map(|face| face_at(setting, face, time)).collect();
     let largest = state.balls.iter().map(|ball| ball.radius).fold(0.0, f64::max);
-    let bins = Bins::new(&now, 2.0 * largest + setting.skin, count + state.balls.len());
+    let skin = setting.skin + 2.0 * state.sweep;
+    let bins = Bins::new(&now, 2.0 * largest + skin, count + state.balls.len());
     listed(setting, state, memory, |ball, found| {
-        let range = ball.radius + setting.skin;
+        let range = ball.radius + skin;
         bins.near(&ball.place, range, found);
         found.retain(|face| {
             let (point, _) = surface::closest(&ball.place, &now[*face as usize]);

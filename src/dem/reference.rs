@@ -16,6 +16,8 @@ type Key = (usize, u8, usize);
 struct Spring {
     stretch: Vec3,
     normal: Vec3,
+    /// Force of the last pass on the sphere.
+    force: Vec3,
 }
 
 /// State of the twin.
@@ -30,6 +32,8 @@ pub struct Twin<'a> {
     torque: Vec<Vec3>,
     steps: u64,
     single: Vec<bool>,
+    /// Forces and torques of the last pass.
+    before: (Vec<Vec3>, Vec<Vec3>),
 }
 
 /// A sphere at one moment.
@@ -85,6 +89,7 @@ impl<'a> Twin<'a> {
             torque: vec![Vec3::zeros(); count],
             steps: 0,
             single,
+            before: Default::default(),
         };
         let advances = model.plan.scheme == Scheme::Yade;
         twin.forces(if advances { model.plan.step } else { 0.0 });
@@ -95,6 +100,10 @@ impl<'a> Twin<'a> {
     pub fn step(&mut self) {
         let h = self.model.plan.step;
         let scheme = self.model.plan.scheme;
+        if scheme == Scheme::PathAveraged {
+            self.averaged_step(h);
+            return;
+        }
         let kick = if scheme == Scheme::Yade { h } else { 0.5 * h };
         for body in 0..self.states.len() {
             self.push(body, kick);
@@ -113,6 +122,31 @@ impl<'a> Twin<'a> {
                     self.momenta[body] += self.torque[body] * kick;
                     self.follow(body);
                 }
+            }
+        }
+    }
+
+    fn averaged_step(&mut self, h: f64) {
+        self.averaged_drift(0.5 * h);
+        self.steps += 1;
+        self.forces(h);
+        for body in 0..self.states.len() {
+            self.push(body, h);
+            if self.single[body] {
+                self.twist(body, h);
+            } else {
+                self.momenta[body] += self.torque[body] * h;
+            }
+        }
+        self.averaged_drift(0.5 * h);
+    }
+
+    fn averaged_drift(&mut self, h: f64) {
+        for body in 0..self.states.len() {
+            let velocity = self.states[body].velocity;
+            self.states[body].position += velocity * h;
+            if !self.single[body] {
+                self.turn(body, h);
             }
         }
     }
@@ -159,6 +193,12 @@ impl<'a> Twin<'a> {
                 let (to, spin) = turn::richardson(&from, &inertia, &self.momenta[body], h);
                 (self.states[body].orientation, self.states[body].spin) = (to, spin);
             }
+            // Only half a step, without a kick.
+            Scheme::PathAveraged => {
+                self.states[body].orientation =
+                    turn::split(&from, &inertia, &self.momenta[body], h);
+                self.follow(body);
+            }
             Scheme::Leapfrog => {
                 self.momenta[body] += self.torque[body] * (0.5 * h);
                 self.states[body].orientation =
@@ -182,6 +222,7 @@ impl<'a> Twin<'a> {
     }
 
     fn forces(&mut self, advance: f64) {
+        self.before = (self.force.clone(), self.torque.clone());
         self.force.fill(Vec3::zeros());
         self.torque.fill(Vec3::zeros());
         let grains: Vec<Grain> = (0..self.model.spheres.len()).map(|s| self.grain(s)).collect();
@@ -219,7 +260,7 @@ impl<'a> Twin<'a> {
         for (there, other) in grains.iter().enumerate().skip(index + 1) {
             let between = grain.place - other.place;
             let overlap = grain.radius + other.radius - between.norm();
-            if other.body == grain.body || overlap <= 0.0 {
+            if other.body == grain.body || (overlap <= 0.0 && !self.averaged()) {
                 continue;
             }
             others.push(Other {
@@ -236,11 +277,11 @@ impl<'a> Twin<'a> {
     }
 
     fn planes_at(&self, index: usize, grain: &Grain, others: &mut Vec<Other>) {
-        let time = self.steps as f64 * self.model.plan.step;
+        let time = self.setting.pass_time(self.steps);
         for (number, plane) in self.setting.planes_at(time).iter().enumerate() {
             let height = (grain.place - plane.point).dot(&plane.normal);
             let overlap = grain.radius - height.abs();
-            if overlap < 0.0 {
+            if overlap < 0.0 && !self.averaged() {
                 continue;
             }
             let part = if plane.full_arm { 1.0 } else { 0.5 };
@@ -262,7 +303,7 @@ impl<'a> Twin<'a> {
     }
 
     fn faces_at(&self, index: usize, grain: &Grain, others: &mut Vec<Other>) {
-        let time = self.steps as f64 * self.model.plan.step;
+        let time = self.setting.pass_time(self.steps);
         let surfaces = &self.setting.surfaces;
         let mut met: Vec<u32> = Vec::new();
         for face in 0..surfaces.start.len() {
@@ -272,7 +313,14 @@ impl<'a> Twin<'a> {
             let away = grain.place - point;
             let again = feature == Feature::Face
                 && met.iter().any(|other| surfaces.coplanar(face as u32, *other));
-            if away.norm() > grain.radius || !surfaces.acts(face, feature) || again {
+            let reach = match self.averaged() {
+                true if self.steps > 0 => {
+                    let rate = (grain.velocity - wall.motion.velocity(&point)).dot(&away);
+                    grain.radius + 0.5 * self.model.plan.step * rate.abs() / away.norm()
+                }
+                _ => grain.radius,
+            };
+            if away.norm() > reach || !surfaces.acts(face, feature) || again {
                 continue;
             }
             met.push(face as u32);
@@ -290,6 +338,10 @@ impl<'a> Twin<'a> {
                 material: wall.material,
             });
         }
+    }
+
+    fn averaged(&self) -> bool {
+        self.model.plan.scheme == Scheme::PathAveraged
     }
 
     fn touch(
@@ -314,6 +366,10 @@ impl<'a> Twin<'a> {
         let relative = mine - theirs;
         let normal_part = relative.dot(&n);
         let slide = relative - n * normal_part;
+        if self.averaged() {
+            self.touch_along_path((grain, grains), &other, old, (normal_part, slide), advance);
+            return;
+        }
         let mut normal = pair.kn * other.overlap - pair.cn * normal_part;
         if !law.tension {
             normal = normal.max(0.0);
@@ -355,8 +411,13 @@ impl<'a> Twin<'a> {
                 }
             }
         };
-        self.springs.insert(other.key, Spring { stretch, normal: n });
-        let force = n * normal + tangent;
+        self.springs.insert(other.key, Spring { stretch, normal: n, force: Vec3::zeros() });
+        self.load(grain, grains, &other, n * normal + tangent);
+    }
+
+    /// Adds the force of a contact.
+    fn load(&mut self, grain: &Grain, grains: &[Grain], other: &Other, force: Vec3) {
+        let n = other.normal;
         let (body, second) = (grain.body, other.body);
         self.force[body] += force;
         let lever = grain.place - n * other.arms[0] - self.states[body].position;
@@ -366,5 +427,119 @@ impl<'a> Twin<'a> {
             self.force[second] -= force;
             self.torque[second] -= (point - self.states[second].position).cross(&force);
         }
+    }
+
+    /// Acceleration of the point of a body at `lever` from its centre of mass by force and torque.
+    fn acceleration(&self, body: usize, lever: Vec3, force: Vec3, torque: Vec3) -> Vec3 {
+        let (state, of) = (&self.states[body], &self.model.bodies[body]);
+        let local = state.orientation.inverse_transform_vector(&torque);
+        let twist = if self.single[body] {
+            torque / of.inertia.z
+        } else {
+            state.orientation * local.component_div(&of.inertia)
+        };
+        force / of.mass + twist.cross(&lever)
+    }
+
+    /// Mean force of a contact over the step; `rate` of the gap and sliding velocity before the kick.
+    fn touch_along_path(
+        &mut self,
+        (grain, grains): (&Grain, &[Grain]),
+        other: &Other,
+        old: Option<Spring>,
+        (rate, slide): (f64, Vec3),
+        h: f64,
+    ) {
+        let pair =
+            *self.model.contacts.between(self.model.bodies[grain.body].material, other.material);
+        let n = other.normal;
+        let (g0, g1) = (-other.overlap - 0.5 * h * rate, -other.overlap + 0.5 * h * rate);
+        if g0 >= 0.0 && g1 >= 0.0 {
+            return;
+        }
+        let from = if g0 >= 0.0 { g0 / (g0 - g1) } else { 0.0 };
+        let to = if g1 >= 0.0 { g0 / (g0 - g1) } else { 1.0 };
+        let part = to - from;
+        let gap_at = |s: f64| g0 + (g1 - g0) * s;
+        // Levers of both bodies, and what a unit force along d does to the relative motion.
+        let first = grain.place - n * other.arms[0] - self.states[grain.body].position;
+        let second = other.body.map(|body| {
+            let point = grains[other.key.2].place + n * other.arms[1];
+            (body, point - self.states[body].position)
+        });
+        let yields = |d: Vec3| {
+            let mine = self.acceleration(grain.body, first, d, first.cross(&d)).dot(&d);
+            let theirs = second.map_or(0.0, |(body, lever)| {
+                self.acceleration(body, lever, d, lever.cross(&d)).dot(&d)
+            });
+            mine + theirs
+        };
+        let (force, torque) = &self.before;
+        let by_loads = |body: usize, lever: Vec3| {
+            self.acceleration(body, lever, force[body], torque[body]) + self.setting.gravity
+        };
+        let pull = by_loads(grain.body, first)
+            - second.map_or(Vec3::zeros(), |(body, lever)| by_loads(body, lever));
+        // What free rotation adds to the sliding velocity in half a step.
+        let freely = |body: usize, lever: Vec3| {
+            if self.single[body] {
+                return Vec3::zeros();
+            }
+            let spin = self.states[body].spin;
+            self.acceleration(body, lever, Vec3::zeros(), self.momenta[body].cross(&spin))
+                + spin.cross(&spin.cross(&lever))
+        };
+        let bend = freely(grain.body, first)
+            - second.map_or(Vec3::zeros(), |(body, lever)| freely(body, lever));
+        let early = slide - (bend - n * bend.dot(&n)) * (0.5 * h);
+        let own = old.map_or(Vec3::zeros(), |spring| spring.force);
+        let ease = yields(n);
+        // The normal force of the last pass is kept as a number, along the normal of then.
+        let own_normal = old.map_or(0.0, |spring| spring.force.dot(&spring.normal));
+        let free = rate + 0.5 * h * (pull.dot(&n) - own_normal * ease);
+        let spring_force = -pair.kn * gap_at(0.5 * (from + to)) * part;
+        let mut normal =
+            (spring_force - pair.cn * part * free) / (1.0 + 0.5 * h * pair.cn * part * ease);
+        if !self.model.plan.law.tension && pair.cn + pair.ct > 0.0 {
+            // Over the window the force falls or rises linearly by kn times the change of the gap.
+            let change = pair.kn * (gap_at(to) - gap_at(from)).abs();
+            let (high, low) = (normal / part + 0.5 * change, normal / part - 0.5 * change);
+            if high <= 0.0 {
+                normal = 0.0;
+            } else if low < 0.0 {
+                normal = 0.5 * high * (high / (high - low)) * part;
+            }
+        }
+        let begun = old.map_or(Vec3::zeros(), |spring| {
+            let flat = spring.stretch - n * spring.stretch.dot(&n);
+            let size = flat.norm();
+            let kept = if size > 0.0 { flat * (spring.stretch.norm() / size) } else { flat };
+            kept + early * (0.5 * h)
+        });
+        let mut stretch = begun + early * (0.5 * part * h);
+        let mut sliding = slide;
+        if pair.ct > 0.0 && slide.norm() > 0.0 {
+            let ease = yields(slide.normalize());
+            let before = old.map_or(Vec3::zeros(), |s| own - s.normal * own.dot(&s.normal));
+            let others = pull - before * ease;
+            let others = others - n * others.dot(&n);
+            let implicit = 0.5 * h * ease * part;
+            sliding = (slide + others * (0.5 * h) - stretch * (implicit * pair.kt))
+                / (1.0 + implicit * pair.ct);
+        }
+        let limit = pair.friction * normal.abs() / part;
+        let mut pull = stretch * pair.kt + sliding * pair.ct;
+        if pull.norm() > limit {
+            pull *= limit / pull.norm();
+            if pair.kt > 0.0 {
+                stretch = (pull - sliding * pair.ct) / pair.kt;
+            }
+        }
+        let force = n * normal - pull * part;
+        if to == 1.0 {
+            let shift = early * (0.5 * (part * h - self.model.plan.step));
+            self.springs.insert(other.key, Spring { stretch: stretch + shift, normal: n, force });
+        }
+        self.load(grain, grains, other, force);
     }
 }

@@ -80,11 +80,21 @@ impl<'a> Setting<'a> {
                 friction: needs.friction,
                 damping: needs.normal_damping || needs.tangential_damping,
                 normals: plan.law.history == History::Rotated,
+                pulls: plan.scheme == Scheme::PathAveraged && needs.tangential_damping,
             },
             surfaces: Surfaces::new(model),
             planes,
             table,
             materials,
+        }
+    }
+
+    /// Time of the force pass that belongs to step `step`, s: the middle of the step
+    /// where forces are averaged over it, otherwise its end.
+    pub fn pass_time(&self, step: u64) -> f64 {
+        match self.scheme {
+            Scheme::PathAveraged if step > 0 => (step as f64 - 0.5) * self.step,
+            _ => step as f64 * self.step,
         }
     }
 

@@ -106,6 +106,9 @@ pub struct State {
     pub built_at: u64,
     /// Times the lists were built.
     pub rebuilds: u64,
+    /// How far spheres and walls went in half a step when the lists were built, m;
+    /// 0 where only the places of a force pass matter.
+    pub sweep: f64,
     /// Energy book-keeping.
     pub ledger: Ledger,
 }
@@ -130,6 +133,7 @@ impl State {
             built: Vec::new(),
             built_at: 0,
             rebuilds: 0,
+            sweep: 0.0,
             ledger: Ledger::default(),
         };
         // YADE stores velocities half a step early.

@@ -7,6 +7,7 @@ use crate::num::statistics::order_of_convergence;
 use crate::num::{Rotation, Vec3};
 
 const SCHEMES: [Scheme; 3] = [Scheme::Leapfrog, Scheme::Liggghts, Scheme::Yade];
+const ALL: [Scheme; 4] = [Scheme::Leapfrog, Scheme::Liggghts, Scheme::Yade, Scheme::PathAveraged];
 
 fn finish(model: &Model) -> Run {
     let run = run(model, &Job::quiet()).expect("a usable model");
@@ -102,7 +103,7 @@ fn oblique_impact_converges_to_the_reference() {
         (0.8, 30.0, 0.307_671_652_509_001, 47.464_178_641_256_8),
         (2.0 / 7.0, 75.0, 0.810_634_399_227_557_6, 38.695_166_463_152_45),
     ];
-    for scheme in SCHEMES {
+    for scheme in ALL {
         for (kt, angle, slide, spin) in rows {
             let (v, w) = oblique(scheme, Arm::Half, kt, angle, 2000.0);
             assert!((v - slide).abs() < 3e-4, "{scheme:?} {angle} {v} {slide}");
@@ -117,7 +118,7 @@ fn oblique_impact_converges_to_the_reference() {
 
 #[test]
 fn sliding_turns_into_rolling() {
-    for scheme in SCHEMES {
+    for scheme in ALL {
         let mut model = empty(scheme, contact(0.3 * KN, 10.0, 6.0, 0.3));
         model.gravity = Vec3::z() * -9.81;
         model.plan.step = 1e-5;
@@ -155,7 +156,7 @@ fn clump_keeps_its_angular_momentum_exactly_in_free_flight() {
 
 #[test]
 fn momentum_is_conserved() {
-    for scheme in SCHEMES {
+    for scheme in ALL {
         let mut model = mixed(scheme, Dimension::Three, true, false, 3);
         model.walls.clear();
         model.gravity = Vec3::zeros();
@@ -178,7 +179,7 @@ fn momentum_is_conserved() {
         let scale: f64 = model.bodies.iter().map(|b| b.mass * b.velocity.norm()).sum();
         let change = total(&run.frames[0]) - total(last(&run));
         assert!(change.norm() < 1e-13 * scale, "{scheme:?} {change}");
-        if scheme == Scheme::Leapfrog {
+        if matches!(scheme, Scheme::Leapfrog | Scheme::PathAveraged) {
             let change = angular(&run.frames[0]) - angular(last(&run));
             assert!(change.norm() < 1e-12 * scale * RADIUS, "{change}");
         }
@@ -201,21 +202,21 @@ fn residual(scheme: Scheme, clumps: bool, mesh: bool, per: f64) -> f64 {
 
 #[test]
 fn energy_balance_closes_with_the_step() {
-    for scheme in SCHEMES {
+    for scheme in ALL {
         let (coarse, fine) =
             (residual(scheme, false, false, 25.0), residual(scheme, false, false, 200.0));
         assert!(coarse < 4e-2 && fine < coarse / 20.0, "{scheme:?} {coarse} {fine}");
     }
-    let (coarse, fine) = (
-        residual(Scheme::Leapfrog, true, true, 25.0),
-        residual(Scheme::Leapfrog, true, true, 200.0),
-    );
-    assert!(coarse < 4e-2 && fine < coarse / 20.0, "{coarse} {fine}");
+    for scheme in [Scheme::Leapfrog, Scheme::PathAveraged] {
+        let (coarse, fine) =
+            (residual(scheme, true, true, 25.0), residual(scheme, true, true, 200.0));
+        assert!(coarse < 4e-2 && fine < coarse / 20.0, "{scheme:?} {coarse} {fine}");
+    }
 }
 
 #[test]
 fn local_damping_is_accounted_for() {
-    for scheme in SCHEMES {
+    for scheme in ALL {
         let mut model = mixed(scheme, Dimension::Three, true, false, 9);
         model.local_damping = 0.3;
         model.plan.step = 5e-6;
@@ -230,7 +231,7 @@ fn local_damping_is_accounted_for() {
 
 #[test]
 fn mesh_plane_equals_plane() {
-    for scheme in SCHEMES {
+    for scheme in ALL {
         let make = |mesh: bool| {
             let mut model = empty(scheme, contact(0.3 * KN, 8.0, 3.0, 0.4));
             model.plan.law.plane_arm = Arm::Half;

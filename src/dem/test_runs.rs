@@ -6,7 +6,8 @@ use super::*;
 use crate::model::*;
 use crate::num::Vec3;
 
-const SCHEMES: [Scheme; 3] = [Scheme::Leapfrog, Scheme::Liggghts, Scheme::Yade];
+const SCHEMES: [Scheme; 4] =
+    [Scheme::Leapfrog, Scheme::Liggghts, Scheme::Yade, Scheme::PathAveraged];
 
 /// Largest difference of positions [radii] and velocities [m/s] between a run and its twin.
 fn against_twin(mut model: Model, steps: u64) -> f64 {
@@ -73,9 +74,23 @@ fn law_variants_follow_the_twin() {
 }
 
 #[test]
+fn path_averaged_tension_follows_the_twin() {
+    for arm in [Arm::Full, Arm::Half] {
+        let mut model = mixed(Scheme::PathAveraged, Dimension::Three, true, false, 4);
+        (model.plan.law.tension, model.plan.law.plane_arm) = (true, arm);
+        let difference = against_twin(model, 150);
+        assert!(difference < 1e-12, "{arm:?} {difference}");
+    }
+}
+
+#[test]
 fn scenes_without_friction_or_damping_follow_the_twin() {
-    for (cn, friction) in [(0.0, 0.0), (5.0, 0.0), (0.0, 0.5)] {
-        let mut model = mixed(Scheme::Liggghts, Dimension::Three, false, false, 5);
+    let cases = [(0.0, 0.0), (5.0, 0.0), (0.0, 0.5)];
+    for (scheme, (cn, friction)) in [Scheme::Liggghts, Scheme::PathAveraged]
+        .into_iter()
+        .flat_map(|scheme| cases.map(|case| (scheme, case)))
+    {
+        let mut model = mixed(scheme, Dimension::Three, false, false, 5);
         model.contacts = ContactTable::uniform(1, contact(0.3 * KN, cn, 0.0, friction));
         let needs = model.needs();
         assert_eq!((needs.friction, needs.normal_damping), (friction > 0.0, cn > 0.0));
@@ -103,16 +118,19 @@ fn crowd(scheme: Scheme) -> Model {
 
 #[test]
 fn threads_change_no_bit() {
-    let mut model = crowd(Scheme::Leapfrog);
-    model.plan.steps = 30;
-    model.plan.series_every = 10;
-    let runs = [1, 2, 3]
-        .map(|threads| run(&model, &Job::quiet().with_threads(threads)).expect("a usable model"));
-    assert!(runs[0].series[3].contacts > 3000);
-    for other in &runs[1..] {
-        assert_eq!(runs[0].frames, other.frames);
-        assert_eq!(runs[0].series, other.series);
-        assert_eq!(runs[0].touches, other.touches);
+    for scheme in [Scheme::Leapfrog, Scheme::PathAveraged] {
+        let mut model = crowd(scheme);
+        model.plan.steps = 30;
+        model.plan.series_every = 10;
+        let runs = [1, 2, 3].map(|threads| {
+            run(&model, &Job::quiet().with_threads(threads)).expect("a usable model")
+        });
+        assert!(runs[0].series[3].contacts > 3000);
+        for other in &runs[1..] {
+            assert_eq!(runs[0].frames, other.frames);
+            assert_eq!(runs[0].series, other.series);
+            assert_eq!(runs[0].touches, other.touches);
+        }
     }
 }
 
@@ -255,7 +273,7 @@ fn memory_stays_below_a_kibibyte_a_sphere() {
         list.partner.capacity() * 4
             + list.start.capacity() * 4
             + list.book.touching.len()
-            + (list.book.spring.len() + list.book.normal.len()) * 24
+            + (list.book.spring.len() + list.book.normal.len() + list.book.pull.len()) * 24
             + list.book.lag.len() * 16
     };
     let fixed = size_of::<crate::dem::state::Ball>()

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Time integration scheme of our own DEM.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "snake_case")]
 pub enum Scheme {
     /// Ours: kick-drift-kick (velocity Verlet) with forces from half-step
     /// velocities; clumps turn by the DLM splitting into axis rotations
@@ -14,6 +14,9 @@ pub enum Scheme {
     Liggghts,
     /// YADE 2023.02a `NewtonIntegrator` to round-off; velocities lag half a step.
     Yade,
+    /// Ours: drift-kick-drift with forces averaged over the path of a step and
+    /// pair-implicit dashpots; second order where contacts begin and end.
+    PathAveraged,
 }
 
 impl Scheme {
@@ -23,13 +26,14 @@ impl Scheme {
             Self::Leapfrog => "leapfrog",
             Self::Liggghts => "liggghts",
             Self::Yade => "yade",
+            Self::PathAveraged => "path_averaged",
         }
     }
 
     /// The law variant that goes with the scheme unless the scene names one.
     pub fn law(self) -> Law {
         match self {
-            Self::Leapfrog => Law {
+            Self::Leapfrog | Self::PathAveraged => Law {
                 tension: false,
                 coulomb: Coulomb::Sum,
                 history: History::Rescaled,
