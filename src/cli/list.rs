@@ -124,6 +124,7 @@ fn example(kind: &str, entry: &MethodEntry) -> &'static str {
             r#"packing.placed = { bodies = [{ family = "ball", position = [0.0, 0.0, "2 cm"] }] }"#
         }
         ("contact", "leapfrog", _) => r#"plan.scheme = "leapfrog""#,
+        ("contact", "path_averaged", _) => r#"plan.scheme = "path_averaged""#,
         ("contact", "liggghts", _) => r#"plan.scheme = "liggghts""#,
         ("contact", "yade", _) => r#"plan.scheme = "yade""#,
         ("contact", "linear", _) => {
