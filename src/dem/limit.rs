@@ -58,7 +58,7 @@ pub struct Advice {
     pub damping: Option<f64>,
     /// A tenth of the smallest radius over the fastest speed expected, s; `None` if nothing moves.
     pub speed: Option<f64>,
-    /// Overlap over radius under a column of bodies as high as the domain.
+    /// Overlap over radius under a column of bodies as high as the highest body stands at time 0.
     pub static_overlap: f64,
     /// Overlap over radius at an impact with the fastest speed expected.
     pub impact_overlap: f64,
@@ -203,8 +203,32 @@ impl Pairs {
     }
 }
 
+/// How far the highest body can fall, m: to the lowest wall below it, or out of the
+/// domain where there is none.
+fn fall_height(model: &Model) -> f64 {
+    let pull = model.gravity.norm();
+    if pull == 0.0 {
+        return 0.0;
+    }
+    let up = -model.gravity / pull;
+    let top =
+        model.bodies.iter().map(|body| up.dot(&body.position)).fold(f64::NEG_INFINITY, f64::max);
+    let floor = model
+        .walls
+        .iter()
+        .flat_map(|wall| match &wall.shape {
+            // A plane that faces up; one on its edge is no floor.
+            WallShape::Plane { point, normal } if up.dot(normal) > 0.1 => vec![*point],
+            WallShape::Plane { .. } => Vec::new(),
+            WallShape::Mesh { mesh } => mesh.vertices.clone(),
+        })
+        .map(|point| up.dot(&point))
+        .fold(f64::INFINITY, f64::min);
+    if floor.is_finite() { (top - floor).max(0.0) } else { up.abs().dot(&model.domain.size()) }
+}
+
 /// Fastest speed at the start, walls included, and fastest speed expected: the
-/// same with a fall through the domain.
+/// same with a fall from the highest body to the floor.
 fn speeds(model: &Model) -> (f64, f64) {
     let bodies = model
         .bodies
@@ -217,7 +241,7 @@ fn speeds(model: &Model) -> (f64, f64) {
             body.velocity.norm() + body.spin.norm() * reach
         })
         .fold(0.0, f64::max);
-    let fall = 2.0 * model.gravity.abs().dot(&model.domain.size());
+    let fall = 2.0 * model.gravity.norm() * fall_height(model);
     let walls = model
         .walls
         .iter()
@@ -237,7 +261,7 @@ fn static_overlap(model: &Model, stiffness: f64) -> f64 {
     if pull == 0.0 {
         return 0.0;
     }
-    let height = model.gravity.abs().dot(&model.domain.size()) / pull;
+    let height = fall_height(model);
     let worst = model.bodies.iter().map(|body| {
         let radius = size_of(model, body);
         let column = (height / (2.0 * radius)).clamp(1.0, model.bodies.len() as f64);

@@ -57,16 +57,7 @@ pub fn build(
         .iter()
         .map(|wall| Wall { material: contacts.of_walls[wall.material as usize], ..wall.clone() })
         .collect();
-    let gravity = scene.plan.gravity.map_or_else(
-        || {
-            if scene.dimension == 2 {
-                Vec3::new(0.0, -9.81, 0.0)
-            } else {
-                Vec3::new(0.0, 0.0, -9.81)
-            }
-        },
-        |vector| Vec3::from(vector.map(|c| c.0)),
-    );
+    let gravity = gravity(scene);
     let domain = domain(scene, region, &walls, &bodies, &spheres, &gravity);
     let mut law = scene.plan.scheme.law();
     law.tension = scene.plan.tension;
@@ -98,6 +89,15 @@ pub fn build(
     let advice = advise(&model);
     set_step(scene, &mut model.plan, &advice)?;
     Ok(Built { model, pairs: contacts.pairs, advice })
+}
+
+/// Gravity of a scene, m/s²: as given, or 9.81 along −z (−y in two dimensions).
+pub fn gravity(scene: &Scene) -> Vec3 {
+    match scene.plan.gravity {
+        Some(vector) => Vec3::from(vector.map(|c| c.0)),
+        None if scene.dimension == 2 => Vec3::new(0.0, -9.81, 0.0),
+        None => Vec3::new(0.0, 0.0, -9.81),
+    }
 }
 
 fn bodies(

@@ -6,6 +6,7 @@ use super::grains::{self, Grain};
 use super::walls::Room;
 use super::{Loaded, SceneError};
 use crate::dem::limit::Advice;
+use crate::geometry::Region;
 use crate::num::{Fault, Job, Rotation, Vec3};
 use crate::pack::{Measures, Packing, Placement};
 use crate::scene::materials::PairFacts;
@@ -120,15 +121,22 @@ fn sample(loaded: &Loaded, job: &Job) -> Result<(Built, f64), Fault> {
         spheres += f64::from(family.count) * balls as f64 / made.max(1) as f64;
     }
     let packing =
-        side_by_side(&samples, room.region.as_ref().map(|region| region.bounds().centre()));
+        side_by_side(&samples, room.region.as_ref().map_or_else(Vec3::zeros, |r| top(loaded, r)));
     let copies: Vec<u32> = (0..samples.len() as u32).collect();
     let built =
         build::build(loaded, room.region.as_ref(), &room.walls, &samples, &copies, &packing)?;
     Ok((built, spheres))
 }
 
+/// The highest place of a region, against gravity: grains may fall from there.
+fn top(loaded: &Loaded, region: &Region) -> Vec3 {
+    let bounds = region.bounds();
+    let up = -build::gravity(&loaded.scene).try_normalize(0.0).unwrap_or_else(Vec3::zeros);
+    bounds.centre() + up * (0.5 * up.abs().dot(&bounds.size()))
+}
+
 /// Grains in a row far from each other.
-fn side_by_side(samples: &[Grain], centre: Option<Vec3>) -> Packing {
+fn side_by_side(samples: &[Grain], start: Vec3) -> Packing {
     let mut x = 0.0;
     let placements = samples
         .iter()
@@ -136,7 +144,7 @@ fn side_by_side(samples: &[Grain], centre: Option<Vec3>) -> Packing {
         .map(|(index, grain)| {
             let radius = grain.clump.bounding_radius();
             x += 3.0 * radius;
-            let position = centre.unwrap_or_else(Vec3::zeros) + Vec3::new(x, 0.0, 0.0);
+            let position = start + Vec3::new(x, 0.0, 0.0);
             x += 3.0 * radius;
             Placement {
                 grain: index as u32,
