@@ -107,8 +107,9 @@ pub fn contacts(
             walls_only.push(true);
         }
     }
-    let placeholder = Contact { kn: 1.0, kt: 0.0, cn: 0.0, ct: 0.0, friction: 0.0 };
-    let mut table = ContactTable::uniform(materials.len(), placeholder);
+    // Every pair is set below.
+    let unset = Contact { kn: 1.0, kt: 0.0, cn: 0.0, ct: 0.0, friction: 0.0 };
+    let mut table = ContactTable::uniform(materials.len(), unset);
     let mut pairs = Vec::new();
     let shared = sides.iter().flatten().next().copied();
     for a in 0..materials.len() {
