@@ -120,6 +120,16 @@ fn example(kind: &str, entry: &MethodEntry) -> &'static str {
         ("clump", "normals", _) => r#"clump.normals = { spheres = 20 }"#,
         ("packing", "random", _) => r#"packing.random = { tries = 2000 }"#,
         ("packing", "array", _) => r#"packing.array = { pattern = "staggered", gap = "1 mm" }"#,
+        ("packing", "apollonian", _) => r#"packing.apollonian = { smallest = "1 mm" }"#,
+        ("packing", "random_apollonian", _) => {
+            r#"packing.random_apollonian = { smallest = "1 mm" }"#
+        }
+        ("packing", "simultaneous_growth", _) => {
+            r#"packing.simultaneous_growth = { births = { steady = 10 } }"#
+        }
+        ("packing", "packing_limited_growth", _) => {
+            r#"packing.packing_limited_growth = { slowest = 0.1 }"#
+        }
         ("packing", "placed", _) => {
             r#"packing.placed = { bodies = [{ family = "ball", position = [0.0, 0.0, "2 cm"] }] }"#
         }
