@@ -146,7 +146,7 @@ pub fn discs(start: Start, limit: f64, mut visit: impl FnMut(&Bend) -> bool) {
 fn name_of(w: &Bend) -> [i64; 4] {
     const QUANTUM: f64 = 0.125;
     // The shift keeps the round numbers of symmetric packings off the edges of the quanta.
-    w.map(|value| (value / QUANTUM + 0.318_309_886).floor() as i64)
+    w.map(|value| (value / QUANTUM + 0.271_828).floor() as i64)
 }
 
 /// Every ball of bend `limit` or less in the unit ball, in the order of discovery, at most about `most`.

@@ -115,7 +115,7 @@ pub fn grown(
         balls.push(Ball { centre, radius });
         largest = largest.max(radius);
         typical += 0.02 * (2.0 * radius - typical);
-        if balls.len() % 1024 == 0 {
+        if balls.len().is_multiple_of(1024) {
             job.report("balls placed", balls.len() as u64, count as u64);
             if job.is_cancelled() {
                 return (balls, "stopped before all were placed".to_owned());

@@ -283,7 +283,7 @@ impl Growth<'_> {
             if partner != NOBODY {
                 self.stop(partner, time);
             }
-            if self.numbers.len() % 1024 == 0 {
+            if self.numbers.len().is_multiple_of(1024) {
                 job.report("balls stopped", self.numbers.len() as u64, count as u64);
                 if job.is_cancelled() {
                     return;
