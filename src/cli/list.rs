@@ -125,8 +125,17 @@ fn example(kind: &str, entry: &MethodEntry) -> &'static str {
         }
         ("contact", "leapfrog", _) => r#"plan.scheme = "leapfrog""#,
         ("contact", "path_averaged", _) => r#"plan.scheme = "path_averaged""#,
-        ("contact", "liggghts", _) => r#"plan.scheme = "liggghts""#,
-        ("contact", "yade", _) => r#"plan.scheme = "yade""#,
+        ("contact", "liggghts", "integrator") => r#"plan.scheme = "liggghts""#,
+        ("contact", "yade", "integrator") => r#"plan.scheme = "yade""#,
+        ("contact", "lammps", "integrator") => r#"plan.scheme = "lammps""#,
+        ("contact", "usual", _) => r#"plan.law = "usual""#,
+        ("contact", "seed", _) => r#"plan.law = "seed""#,
+        ("contact", "lammps", _) => r#"plan.law = "lammps""#,
+        ("contact", "liggghts", _) => r#"plan.law = "liggghts""#,
+        ("contact", "yade", _) => r#"plan.law = "yade""#,
+        ("contact", "variant", _) => {
+            r#"plan.law.variant = { coulomb = "spring", history = "projected", arm = "radius" }"#
+        }
         ("contact", "linear", _) => {
             r#"contact = { kn = "10 kN/m", restitution = 0.5, friction = 0.5 }"#
         }
