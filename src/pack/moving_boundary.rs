@@ -148,9 +148,9 @@ fn widened(last: &Bounds, moves: &[[bool; 2]; 3], volume: f64, dimension: usize)
     let axes = (0..dimension).filter(|&axis| moves[axis].contains(&true)).count();
     let factor = volume.powf(1.0 / axes.max(1) as f64);
     let mut bounds = *last;
-    for axis in 0..dimension {
+    for (axis, sides) in moves.iter().enumerate().take(dimension) {
         let more = (factor - 1.0) * (last.high[axis] - last.low[axis]);
-        match moves[axis] {
+        match *sides {
             [true, true] => {
                 bounds.low[axis] -= 0.5 * more;
                 bounds.high[axis] += 0.5 * more;

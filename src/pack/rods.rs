@@ -63,7 +63,7 @@ pub fn closest(sizes: &[(f64, f64)]) -> Option<f64> {
     let mut length = rods[0];
     for &rod in &rods[1..] {
         // There is always a gap: each step takes one and gives two.
-        let Some(Gap(gap)) = gaps.pop() else { return None };
+        let Gap(gap) = gaps.pop()?;
         gaps.push(Gap(F * rod));
         gaps.push(Gap((F * rod).max(gap - (1.0 + F) * rod)));
         length += rod;
