@@ -1,5 +1,6 @@
 //! What does not change during a run, laid out for the kernels.
 
+use super::extra::{self, Fixed};
 use super::law::Kept;
 use super::surface::Surfaces;
 use crate::model::{Contact, Dimension, History, Law, Model, Motion, Needs, Scheme, WallShape};
@@ -31,7 +32,10 @@ pub struct Setting<'a> {
     pub surfaces: Surfaces,
     /// Indices of plane walls in `model.walls`.
     pub planes: Vec<u16>,
+    /// Fixed values of forces besides the linear contact.
+    pub extra: Fixed,
     table: Vec<Contact>,
+    stiff: Vec<Contact>,
     materials: usize,
 }
 
@@ -85,6 +89,8 @@ impl<'a> Setting<'a> {
             },
             surfaces: Surfaces::new(model),
             planes,
+            extra: Fixed::new(model),
+            stiff: extra::stiffened(model),
             table,
             materials,
         }
@@ -103,6 +109,11 @@ impl<'a> Setting<'a> {
     #[inline(always)]
     pub fn pair(&self, a: u16, b: u16) -> &Contact {
         &self.table[a as usize * self.materials + b as usize]
+    }
+
+    /// The same with the stiffness of attraction and rolling added, for the step limit.
+    pub fn stiff_pair(&self, a: u16, b: u16) -> &Contact {
+        &self.stiff[a as usize * self.materials + b as usize]
     }
 
     /// Plane number `index` of [`Setting::planes`] at `time`, s.
