@@ -6,10 +6,7 @@
 //! with its source, stands in `dem::attraction` and `dem::rolling`.
 
 use crate::num::Fault;
-use crate::num::units::Angle;
-use crate::num::units::{
-    Charge, Damping, Energy, EnergyDensity, Force, Length, SurfaceTension, Volume,
-};
+use crate::num::units::{Angle, Energy, EnergyDensity, Force, Length, SurfaceTension, Volume};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -408,11 +405,6 @@ fn beyond(key: &str, value: f64, other: &str, least: f64) -> Result<(), Fault> {
     }
     Err(Fault::new(key, format!("is {value} m"), format!("more than `{other}` ({least} m)")))
 }
-
-/// Charge of the grains of a material.
-pub type GrainCharge = Charge;
-/// Coefficient of the drag on every sphere.
-pub type Drag = Damping;
 
 #[cfg(test)]
 mod tests {
