@@ -80,7 +80,9 @@ fn normal_impacts_have_their_restitution() {
                 found.iter().map(|all| rms(all.iter().map(|(e, _)| e - row[2]))).collect();
             let order = order(&steps, &errors);
             let averaged = scheme == Scheme::PathAveraged;
-            let (least, most) = if averaged { (1.7, 1e-3) } else { (0.7, 1.5e-2) };
+            // With tension the force jumps at both ends: first order, and noisy, in steps that see it late.
+            let first = if row[1] == 1.0 { 0.4 } else { 0.7 };
+            let (least, most) = if averaged { (1.7, 1e-3) } else { (first, 1.5e-2) };
             assert!(order > least || errors[2] < 1e-6, "{scheme:?} {row:?} {errors:?} {order}");
             assert!(errors[2] < most, "{scheme:?} {row:?} {errors:?}");
             // Samples at steps miss the deepest place by up to a step.
@@ -172,12 +174,9 @@ fn sliding_ends_in_rolling_for_every_arm() {
             let run = finish(&model);
             let speed = run.frames.last().expect("a frame").velocities[0].x;
             assert!((speed - rolling).abs() < 1e-7, "{scheme:?} {arm:?} {speed}");
-            // Slip and the tangential dashpot take two sevenths, and what the cut of a sum with a
-            // dashpot force above the limit put into the spring at the start.
-            let row = run.series.last().expect("rows");
-            let start = run.series[0].elastic;
-            let lost = (row.slip + row.tangential_dashpot - start) / (0.5 * MASS);
-            assert!((lost - 2.0 / 7.0).abs() < 2e-3, "{scheme:?} {lost}");
+            // Two sevenths of the kinetic energy go.
+            let lost = 1.0 - run.series.last().expect("rows").kinetic / (0.5 * MASS);
+            assert!((lost - 2.0 / 7.0).abs() < 1e-4, "{scheme:?} {lost}");
         }
     }
 }
