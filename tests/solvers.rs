@@ -648,7 +648,11 @@ fn cohesion_rolling_and_drag_agree_with_liggghts() {
     ];
     for (cohesion, rolling, drag) in cases {
         let forces = PairForces { cohesion, rolling, ..PairForces::default() };
-        let model = clinging(forces, drag);
+        let mut model = clinging(forces, drag);
+        if drag > 0.0 {
+            // LIGGGHTS' set-up pass does not know the spins of clumps yet.
+            model.bodies[2].spin = Vec3::zeros();
+        }
         if let Some(worst) = twin_differences(liggghts, &model) {
             assert!(worst.iter().all(|worst| *worst < 1e-9), "{forces:?} {drag}: {worst:?}");
         }

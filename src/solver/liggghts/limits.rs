@@ -102,6 +102,12 @@ fn extra(model: &Model, limits: &mut Vec<Limit>) {
             "two kinds of rolling resistance: LIGGGHTS takes one for the whole scene",
         ));
     }
+    let spins = |body: &crate::model::Body| body.sphere_count > 1 && body.spin.norm() > 0.0;
+    if needs.drag && model.bodies.iter().any(spins) {
+        limits.push(Limit::differs(
+            "in the first half step drag sees the spheres of a spinning clump at the velocity of its centre",
+        ));
+    }
     if needs.rolling && needs.meshes {
         limits.push(Limit::differs(
             "rolling resistance acts at every face of a mesh that touches, not at the deepest only",
