@@ -112,10 +112,7 @@ fn entries(kind: &'static str, methods: &[MethodEntry]) -> Vec<Line> {
 /// What to write in a scene file.
 fn example(kind: &str, entry: &MethodEntry) -> &'static str {
     match (kind, entry.key, entry.id) {
-        ("shape", "sphere", _) => r#"shape = "sphere""#,
-        ("shape", "union", "G2") => r#"shape.union = { family = "sharp", solids = [2, 4] }"#,
-        ("shape", "union", _) => r#"shape.union = { solids = [2, 5] }"#,
-        ("shape", "files", _) => r#"shape.files = { folder = "grains" }"#,
+        ("shape", _, _) => shape::example(entry),
         ("clump", "nodes", _) => r#"clump.nodes = { across = 10 }"#,
         ("clump", "normals", _) => r#"clump.normals = { spheres = 20 }"#,
         ("packing", "random", _) => r#"packing.random = { tries = 2000 }"#,

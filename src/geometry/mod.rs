@@ -11,6 +11,7 @@ pub mod grid;
 pub mod mass;
 pub mod mesh;
 pub mod primitive;
+pub mod refine;
 pub mod region;
 #[cfg(test)]
 pub mod samples;

@@ -10,6 +10,7 @@
 //! What cannot be finished: a union that fails the gate after rounding to
 //! single precision is drawn again by the caller.
 
+use super::draw::{Draw, Drawn};
 use crate::geometry::{GeometryError, Mesh, Posed, Primitive, union};
 use crate::num::random::{self, Stream};
 use crate::num::{Fault, Vec3};
@@ -114,9 +115,8 @@ impl Default for UnionParameters {
     }
 }
 
-impl UnionParameters {
-    /// The first value out of its range, if any.
-    pub fn validate(&self) -> Result<(), Fault> {
+impl Draw for UnionParameters {
+    fn validate(&self) -> Result<(), Fault> {
         let [few, many] = self.solids.map(f64::from);
         Fault::within("solids[0]", few, 1.0, 50.0)?;
         Fault::within("solids[1]", many, few, 50.0)?;
@@ -130,6 +130,12 @@ impl UnionParameters {
         Fault::within("lift[0]", low, 0.0, 0.9)?;
         Fault::within("lift[1]", high, low, 0.9)?;
         Fault::within("segments", f64::from(self.segments), 6.0, 200.0)
+    }
+
+    fn draw(&self, stream: &mut Stream) -> Result<Drawn, GeometryError> {
+        let solids = draw(self, stream);
+        let mesh = unite(&solids, self.segments)?;
+        Ok(Drawn { mesh, recipe: describe(&solids), facts: Vec::new() })
     }
 }
 
