@@ -21,7 +21,7 @@ pub use descriptors::Descriptors;
 pub use draw::{Draw, Drawn, Fact};
 pub use files::FileParameters;
 pub use growth::GrowthParameters;
-pub use methods::{METHODS, example};
+pub use methods::METHODS;
 pub use node_spheres::NodeSphereParameters;
 pub use rain::RainParameters;
 pub use sponge::SpongeParameters;
