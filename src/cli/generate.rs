@@ -5,6 +5,7 @@ use super::{Ending, Screen};
 use crate::geometry::GeometryError;
 use crate::scene::road::Road;
 use crate::shape::descriptors::{Descriptors, describe};
+use rayon::prelude::*;
 use serde_json::json;
 
 pub fn generate(arguments: &Generate, screen: &Screen) -> Result<(), Ending> {
@@ -16,7 +17,7 @@ pub fn generate(arguments: &Generate, screen: &Screen) -> Result<(), Ending> {
     let solids = road.solids()?.solids;
     screen.remarks(&mut road);
     let rows: Vec<(String, Descriptors)> = solids
-        .iter()
+        .par_iter()
         .flatten()
         .map(|solid| Ok((solid.name.clone(), describe(&solid.mesh)?)))
         .collect::<Result<_, GeometryError>>()?;
@@ -24,17 +25,18 @@ pub fn generate(arguments: &Generate, screen: &Screen) -> Result<(), Ending> {
     let mut text = String::new();
     if !rows.is_empty() {
         text.push_str(&format!(
-            "{:24} {:>11} {:>10} {:>10} {:>10}\n",
-            "grain", "d_eq mm", "elong.", "flatn.", "convexity"
+            "{:24} {:>11} {:>10} {:>10} {:>10} {:>10}\n",
+            "grain", "d_eq mm", "elong.", "flatn.", "convexity", "roundness"
         ));
     }
     for (name, d) in rows.iter().take(12) {
         text.push_str(&format!(
-            "{name:24} {:>11.3} {:>10.3} {:>10.3} {:>10.3}\n",
+            "{name:24} {:>11.3} {:>10.3} {:>10.3} {:>10.3} {:>10.3}\n",
             d.volume_diameter * 1e3,
             d.elongation,
             d.flatness,
-            d.convexity
+            d.convexity,
+            d.roundness
         ));
     }
     if rows.len() > 12 {

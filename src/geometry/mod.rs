@@ -10,6 +10,7 @@ pub mod distance;
 pub mod grid;
 pub mod mass;
 pub mod mesh;
+pub mod polyhedron;
 pub mod primitive;
 pub mod refine;
 pub mod region;

@@ -200,7 +200,7 @@ impl Road {
             self.store.write(&mut running, "shapes/shapes.json", |out| {
                 Ok(serde_json::to_writer_pretty(out, &remembered)?)
             })?;
-            self.store.write(&mut running, "shapes/shapes.csv", |out| write_table(out, &solids))?;
+            self.store.write(&mut running, "shapes/shapes.csv", |out| in_pool(&self.job, || write_table(out, &solids)))?;
         }
         if made.iter().flatten().any(|made| !made.facts.is_empty()) {
             let facts: Vec<_> = made
@@ -211,6 +211,9 @@ impl Road {
             self.store.write(&mut running, "shapes/statistics.csv", |out| {
                 drawing::write_facts(out, &facts)
             })?;
+            for (name, svg) in drawing::distributions(&self.loaded, draws, &made) {
+                self.store.write(&mut running, &name, |out| out.write_all(svg.as_bytes()))?;
+            }
         }
         running.count("shapes", solids.len());
         if solids.is_empty() {
@@ -356,17 +359,19 @@ impl Road {
 }
 
 /// `shapes.csv`: descriptors in SI units, one row a solid.
-fn write_table(out: &mut dyn Write, solids: &[&Solid]) -> std::io::Result<()> {
+fn write_table(out: &mut (dyn Write + Send), solids: &[&Solid]) -> std::io::Result<()> {
     writeln!(
         out,
         "name,volume,area,volume_diameter,area_diameter,long,intermediate,short,elongation,flatness,\
-         zingg,krumbein_sphericity,projection_sphericity,wadell_sphericity,convexity,recipe"
+         zingg,krumbein_sphericity,projection_sphericity,wadell_sphericity,convexity,roundness,\
+         roughness,inscribed_diameter,recipe"
     )?;
-    for solid in solids {
-        let d = describe(&solid.mesh).map_err(std::io::Error::other)?;
+    let described: Vec<_> = solids.par_iter().map(|solid| describe(&solid.mesh)).collect();
+    for (solid, described) in solids.iter().zip(described) {
+        let d = described.map_err(std::io::Error::other)?;
         writeln!(
             out,
-            "{},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:?},{:e},{:e},{:e},{:e},\"{}\"",
+            "{},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:?},{:e},{:e},{:e},{:e},{:e},{:e},{:e},\"{}\"",
             solid.name,
             d.volume,
             d.area,
@@ -382,6 +387,9 @@ fn write_table(out: &mut dyn Write, solids: &[&Solid]) -> std::io::Result<()> {
             d.projection_sphericity,
             d.wadell_sphericity,
             d.convexity,
+            d.roundness,
+            d.roughness,
+            d.inscribed_diameter,
             solid.recipe.replace('"', "'")
         )?;
     }

@@ -5,28 +5,51 @@
 pub mod balloon;
 pub mod base;
 pub mod cells;
+pub mod crumple;
 pub mod descriptors;
 pub mod draw;
+pub mod field;
 pub mod files;
 pub mod growth;
+pub mod harmonics;
 mod methods;
+pub mod midpoint;
 pub mod node_spheres;
+pub mod noise;
+pub mod patir;
+pub mod polyhedron;
 pub mod rain;
+pub mod rough;
+pub mod roundness;
 pub mod sponge;
+pub mod superquadric;
+pub mod tailored;
 pub mod turned_rain;
 pub mod union_of_solids;
+pub mod voronoi;
+pub mod whitehouse;
 
 pub use balloon::BalloonParameters;
+pub use crumple::CrumpleParameters;
 pub use descriptors::Descriptors;
 pub use draw::{Draw, Drawn, Fact};
 pub use files::FileParameters;
 pub use growth::GrowthParameters;
+pub use harmonics::HarmonicsParameters;
 pub use methods::METHODS;
+pub use midpoint::MidpointParameters;
 pub use node_spheres::NodeSphereParameters;
+pub use noise::NoiseParameters;
+pub use patir::PatirParameters;
+pub use polyhedron::PolyhedronParameters;
 pub use rain::RainParameters;
 pub use sponge::SpongeParameters;
+pub use superquadric::SuperquadricParameters;
+pub use tailored::TailoredParameters;
 pub use turned_rain::TurnedRainParameters;
 pub use union_of_solids::UnionParameters;
+pub use voronoi::VoronoiParameters;
+pub use whitehouse::WhitehouseParameters;
 
 use crate::format::{self, FormatError};
 use crate::geometry::{GeometryError, MassProperties, Mesh, MeshFault, Primitive, check};
@@ -73,6 +96,26 @@ pub enum Shape {
     Growth(GrowthParameters),
     /// Sponge with cubes removed at random.
     Sponge(SpongeParameters),
+    /// Rough surface by linear transformation.
+    Patir(PatirParameters),
+    /// Rough surface from its autocorrelation.
+    Whitehouse(WhitehouseParameters),
+    /// Crumpled sheet.
+    Crumple(CrumpleParameters),
+    /// Fractal surface by midpoint displacement.
+    Midpoint(MidpointParameters),
+    /// Spherical harmonics with a given spectrum.
+    Harmonics(HarmonicsParameters),
+    /// Polyhedra cut by random planes.
+    Polyhedron(PolyhedronParameters),
+    /// Voronoi cells.
+    Voronoi(VoronoiParameters),
+    /// Superquadrics.
+    Superquadric(SuperquadricParameters),
+    /// Ellipsoids displaced by noise.
+    Noise(NoiseParameters),
+    /// Made to measure: wanted distributions of descriptors.
+    Tailored(TailoredParameters),
 }
 
 /// Draws that may fail the gate before a grain is given up.
@@ -136,7 +179,7 @@ impl Shape {
     /// The random method and its key; `None` for spheres and files.
     fn method(&self) -> Option<(&'static str, &dyn Draw)> {
         Some(match self {
-            Self::Sphere | Self::Files(_) => return None,
+            Self::Sphere | Self::Files(_) | Self::Tailored(_) => return None,
             Self::Union(parameters) => ("union", parameters),
             Self::NodeSpheres(parameters) => ("node_spheres", parameters),
             Self::Balloon(parameters) => ("balloon", parameters),
@@ -144,6 +187,15 @@ impl Shape {
             Self::TurnedRain(parameters) => ("turned_rain", parameters),
             Self::Growth(parameters) => ("growth", parameters),
             Self::Sponge(parameters) => ("sponge", parameters),
+            Self::Patir(parameters) => ("patir", parameters),
+            Self::Whitehouse(parameters) => ("whitehouse", parameters),
+            Self::Crumple(parameters) => ("crumple", parameters),
+            Self::Midpoint(parameters) => ("midpoint", parameters),
+            Self::Harmonics(parameters) => ("harmonics", parameters),
+            Self::Polyhedron(parameters) => ("polyhedron", parameters),
+            Self::Voronoi(parameters) => ("voronoi", parameters),
+            Self::Superquadric(parameters) => ("superquadric", parameters),
+            Self::Noise(parameters) => ("noise", parameters),
         })
     }
 
@@ -151,6 +203,9 @@ impl Shape {
     pub fn validate(&self) -> Result<(), Fault> {
         match (self, self.method()) {
             (Self::Files(parameters), _) => parameters.validate().map_err(|f| f.under("files")),
+            (Self::Tailored(parameters), _) => {
+                parameters.validate().map_err(|f| f.under("tailored"))
+            }
             (_, Some((key, method))) => method.validate().map_err(|f| f.under(key)),
             (_, None) => Ok(()),
         }
@@ -196,6 +251,12 @@ pub fn make(
     match (shape, shape.method()) {
         (Shape::Files(parameters), _) => {
             from_file(parameters, numbered, index, size, base).map(plain)
+        }
+        (Shape::Tailored(parameters), _) => {
+            let draws = Draws { seed, stream_name, index };
+            let mut wanted = random::stream(seed, &format!("{stream_name}/wanted"), index);
+            let target = parameters.target(base, &mut wanted)?;
+            drawn(&tailored::Fitted { target, parameters }, numbered, size, &draws)
         }
         (_, Some((_, method))) => {
             let draws = Draws { seed, stream_name, index };
