@@ -125,7 +125,6 @@ fn unions_along_the_axes_that_share_faces_have_the_volume_that_random_points_fin
     unions_against_random_points(&parameters, grains() / 4);
 }
 
-
 #[test]
 fn smooth_grains_are_rounder_than_sharp_ones() {
     let mean = |family| {

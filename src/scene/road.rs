@@ -200,7 +200,9 @@ impl Road {
             self.store.write(&mut running, "shapes/shapes.json", |out| {
                 Ok(serde_json::to_writer_pretty(out, &remembered)?)
             })?;
-            self.store.write(&mut running, "shapes/shapes.csv", |out| in_pool(&self.job, || write_table(out, &solids)))?;
+            self.store.write(&mut running, "shapes/shapes.csv", |out| {
+                in_pool(&self.job, || write_table(out, &solids))
+            })?;
         }
         if made.iter().flatten().any(|made| !made.facts.is_empty()) {
             let facts: Vec<_> = made
