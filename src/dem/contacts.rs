@@ -78,6 +78,8 @@ struct Common {
     /// Parameters and radius, if all spheres are alike.
     law: Contact,
     radius: f64,
+    /// Part of the overlap taken from the radius to give the lever arm.
+    share: f64,
     /// Whether spheres at overlap 0 touch.
     kiss: bool,
 }
@@ -119,7 +121,8 @@ fn block_anywhere<K: Kind, const AVX2: bool>(
     part: &mut Part<'_>,
 ) -> Tally {
     let (law, radius) = field.setting.alike.unwrap_or((NO_LAW, 0.0));
-    let common = Common { rule: *field.rule, law, radius, kiss: field.yade };
+    let common =
+        Common { rule: *field.rule, law, radius, share: field.setting.share, kiss: field.yade };
     part.outbox.clear();
     part.scratch.pulls.clear();
     part.scratch.pulls.resize(part.loads.len(), [[0.0; 4]; 2]);
@@ -296,7 +299,7 @@ fn law_loop<K: Kind, const MIXED: bool>(
     couple: &mut [Line],
     taken: &mut [Line],
 ) {
-    let Common { rule, law, radius, kiss } = *common;
+    let Common { rule, law, radius, share, kiss } = *common;
     let rotated = K::HISTORY == History::Rotated;
     let count = between.len();
     let (moving, mine, theirs) = (&moving[..count], &mine[..count], &theirs[..count]);
@@ -315,7 +318,7 @@ fn law_loop<K: Kind, const MIXED: bool>(
         let distance = square.sqrt();
         let unit = between * distance.recip();
         let overlap = sum - distance;
-        let arms = [radius - 0.5 * overlap, reach - 0.5 * overlap];
+        let arms = [radius - share * overlap, reach - share * overlap];
         let mut spins = Vec3::zeros();
         let mut old = Record::default();
         if K::FRICTION {

@@ -28,6 +28,9 @@ pub struct Rule {
     pub advance: f64,
     /// Time over which energy is counted, s; 0 in the first pass.
     pub interval: f64,
+    /// True: a contact that slips before its spring has moved gives no tangential force (LAMMPS
+    /// in its set-up pass).
+    pub bare_slip: bool,
 }
 
 /// Geometry and motion of a contact.
@@ -293,18 +296,19 @@ macro_rules! for_kind {
         match ($kept.friction, $kept.damping, $law.coulomb, $law.history) {
             (false, false, _, _) => with!(false, false, 0, 0),
             (false, true, _, _) => with!(false, true, 0, 0),
-            (true, false, Coulomb::Sum, History::Projected) => with!(true, false, 0, 0),
-            (true, false, Coulomb::Sum, History::Rescaled) => with!(true, false, 0, 1),
-            (true, false, Coulomb::Sum, History::Rotated) => with!(true, false, 0, 2),
+            // Without dashpots all three limits cut the same.
             (true, false, _, History::Projected) => with!(true, false, 1, 0),
             (true, false, _, History::Rescaled) => with!(true, false, 1, 1),
             (true, false, _, History::Rotated) => with!(true, false, 1, 2),
             (true, true, Coulomb::Sum, History::Projected) => with!(true, true, 0, 0),
             (true, true, Coulomb::Sum, History::Rescaled) => with!(true, true, 0, 1),
             (true, true, Coulomb::Sum, History::Rotated) => with!(true, true, 0, 2),
-            (true, true, _, History::Projected) => with!(true, true, 1, 0),
-            (true, true, _, History::Rescaled) => with!(true, true, 1, 1),
-            (true, true, _, History::Rotated) => with!(true, true, 1, 2),
+            (true, true, Coulomb::SpringThenDashpot, History::Projected) => with!(true, true, 1, 0),
+            (true, true, Coulomb::SpringThenDashpot, History::Rescaled) => with!(true, true, 1, 1),
+            (true, true, Coulomb::SpringThenDashpot, History::Rotated) => with!(true, true, 1, 2),
+            (true, true, Coulomb::Spring, History::Projected) => with!(true, true, 2, 0),
+            (true, true, Coulomb::Spring, History::Rescaled) => with!(true, true, 2, 1),
+            (true, true, Coulomb::Spring, History::Rotated) => with!(true, true, 2, 2),
         }
     }};
 }
@@ -358,8 +362,10 @@ pub fn respond<K: Kind>(
             record.normal = n;
         }
         let Cut { spring, dash, force, slips } = cut(K::COULOMB, pair, trial, slide, limit);
-        tangent = force.map(|f| -pick(touches, f));
-        record.spring = spring.map(|s| pick(touches, s));
+        let bare = rule.bare_slip && rule.interval <= 0.0 && slips && trial.norm_squared() <= 0.0;
+        let holds = touches && !bare;
+        tangent = force.map(|f| -pick(holds, f));
+        record.spring = spring.map(|s| pick(holds, s));
         // With springs that do not move, as in the set-up pass, slip takes nothing.
         let taken = 0.5 * pair.kt * (before + record.spring).dot(&(trial - record.spring));
         tally.slip = pick((slips || !touches) && rule.interval > 0.0, taken);
@@ -440,6 +446,7 @@ pub fn cut(kind: Coulomb, pair: &Contact, trial: Vec3, slide: Vec3, limit: f64) 
             let dash = dash.map(|d| pick(!slips, d));
             Cut { spring: trial * part, dash, force: force + dash, slips }
         }
+        Coulomb::Spring => Cut { spring: trial * part, dash, force: force + dash, slips },
         Coulomb::Sum => {
             let springs = pair.kt > 0.0;
             let soft = if springs { pair.kt.recip() } else { 0.0 };
@@ -480,13 +487,18 @@ mod tests {
     }
 
     fn laws() -> impl Strategy<Value = Law> {
-        let coulomb = prop_oneof![Just(Coulomb::Sum), Just(Coulomb::SpringThenDashpot)];
+        let coulomb = prop_oneof![
+            Just(Coulomb::Sum),
+            Just(Coulomb::Spring),
+            Just(Coulomb::SpringThenDashpot)
+        ];
         let history =
             prop_oneof![Just(History::Projected), Just(History::Rescaled), Just(History::Rotated)];
         (any::<bool>(), coulomb, history).prop_map(|(tension, coulomb, history)| Law {
             tension,
             coulomb,
             history,
+            arm: Arm::Half,
             plane_arm: Arm::Half,
         })
     }
@@ -504,7 +516,7 @@ mod tests {
             let mut book = Book::open(1, KEPT);
             let flat = Vec3::new(old.x, old.y, 0.0);
             book.restore(0, Record { spring: flat, normal: Vec3::z(), ..Record::default() });
-            let rule = Rule { law, advance: 1e-6, interval: 1e-6 };
+            let rule = Rule { law, advance: 1e-6, interval: 1e-6, bare_slip: false };
             let approach = Approach { normal, overlap, velocity, spins: Vec3::zeros() };
             let mut tally = Tally::default();
             let reply = for_kind!(KEPT, law, K => advance::<K>(
@@ -514,7 +526,7 @@ mod tests {
             let limit = friction * reply.normal.abs() * (1.0 + 1e-12);
             match law.coulomb {
                 Coulomb::Sum => prop_assert!(reply.tangent.norm() <= limit),
-                Coulomb::SpringThenDashpot => {
+                Coulomb::SpringThenDashpot | Coulomb::Spring => {
                     prop_assert!(pair.kt * book.spring[0].norm() <= limit);
                 }
             }
@@ -538,7 +550,7 @@ mod tests {
             law in laws(), velocity in vector(1.0), overlap in 0.0..1e-3f64,
         ) {
             let pair = Contact { kn: 1e4, kt: 7e3, cn: 2.0, ct: 1.0, friction: 0.4 };
-            let rule = Rule { law, advance: 1e-6, interval: 1e-6 };
+            let rule = Rule { law, advance: 1e-6, interval: 1e-6, bare_slip: false };
             let mut forces = [1.0, -1.0].map(|side| {
                 let mut book = Book::open(1, KEPT);
                 let approach = Approach {

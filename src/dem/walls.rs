@@ -20,7 +20,8 @@ struct Spot {
     /// Angular velocity of the wall, rad/s.
     spin: Vec3,
     material: u16,
-    full_arm: bool,
+    /// Part of the overlap taken from the radius to give the lever arm.
+    share: f64,
     touches: bool,
 }
 
@@ -37,7 +38,7 @@ fn at_wall<K: Kind>(
     let ball = &field.balls[slot];
     let normal = spot.away / spot.distance;
     let overlap = ball.radius - spot.distance;
-    let arm = ball.radius - overlap * if spot.full_arm { 1.0 } else { 0.5 };
+    let arm = ball.radius - overlap * spot.share;
     let mut velocity = ball.velocity - spot.velocity;
     let mut spins = Vec3::zeros();
     if K::FRICTION {
@@ -89,7 +90,7 @@ pub fn on_planes<K: Kind>(
             velocity: plane.motion.velocity(&(ball.place - away)),
             spin: wall_spin(&plane.motion),
             material: plane.material,
-            full_arm: plane.full_arm,
+            share: plane.share,
             touches,
         };
         at_wall::<K>(field, slot, &spot, book, base + at, load, tally);
@@ -141,7 +142,7 @@ pub fn on_faces<K: Kind>(
             velocity: wall.motion.velocity(&hit.point),
             spin: wall_spin(&wall.motion),
             material: wall.material,
-            full_arm: false,
+            share: field.setting.share,
             touches: hit.touches,
         };
         at_wall::<K>(field, slot, &spot, book, base + at, load, tally);

@@ -33,6 +33,15 @@ pub struct Solid {
     pub recipe: String,
 }
 
+impl Solid {
+    /// The same solid `scale` times as large in each direction about its centroid's origin.
+    pub fn scaled(&self, scale: f64) -> Self {
+        let mesh = self.mesh.mapped(|vertex| vertex * scale);
+        let mass = mesh.mass_properties();
+        Self { mesh, mass, ..self.clone() }
+    }
+}
+
 /// How a grain gets its shape.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
@@ -47,24 +56,33 @@ pub enum Shape {
 
 /// The methods of this room.
 pub const METHODS: &[MethodEntry] = &[
-    MethodEntry { key: "sphere", id: "", summary: "a sphere", source: "" },
+    MethodEntry {
+        key: "sphere",
+        id: "",
+        summary: "a sphere",
+        source: "",
+        example: r#"shape = "sphere""#,
+    },
     MethodEntry {
         key: "union",
         id: "G1",
         summary: "union of random boxes, cylinders, cones, ellipsoids and spheres through one point",
         source: "Sajjadi & Khalili 2015",
+        example: r#"shape.union = { solids = [2, 5] }"#,
     },
     MethodEntry {
         key: "union",
         id: "G2",
         summary: "families of the union: smooth, sharp, chosen kinds and ranges of dimensions",
         source: "Sajjadi & Khalili 2015",
+        example: r#"shape.union = { family = "sharp", solids = [2, 4] }"#,
     },
     MethodEntry {
         key: "files",
         id: "",
         summary: "the user's own closed surfaces: STL, PLY, OBJ",
         source: "",
+        example: r#"shape.files = { folder = "grains" }"#,
     },
 ];
 
