@@ -1,6 +1,6 @@
 //! `cargo bench --bench compare_solvers -- [SCENE ...]`: particle-steps a second of user CPU
 //! time of riprap, LAMMPS, LIGGGHTS and YADE on the same settled scenes, and instructions of
-//! riprap under callgrind. What each scene is stands in `scenes.rs`; results in `README.md`.
+//! riprap under callgrind. What each scene is stands in `scenes.rs`.
 //!
 //! Every code starts from the same state with the same parameters. Each figure is the
 //! difference of two runs of different length, so that reading and set-up do not count; the

@@ -274,7 +274,11 @@ impl<const FRICTION: bool, const DAMPING: bool, const COULOMB: u8, const HISTORY
 {
     const FRICTION: bool = FRICTION;
     const DAMPING: bool = DAMPING;
-    const COULOMB: Coulomb = if COULOMB == 0 { Coulomb::Sum } else { Coulomb::SpringThenDashpot };
+    const COULOMB: Coulomb = match COULOMB {
+        0 => Coulomb::Sum,
+        1 => Coulomb::SpringThenDashpot,
+        _ => Coulomb::Spring,
+    };
     const HISTORY: History = match HISTORY {
         0 => History::Projected,
         1 => History::Rescaled,
