@@ -32,7 +32,7 @@ impl Road {
     /// # Errors
     /// A method that draws nothing; a folder that cannot be written.
     pub fn as_drawn(&mut self) -> Result<Vec<Verdict>, RoadError> {
-        let draws = grains::draws(&self.loaded);
+        let draws = grains::draws(&self.loaded).map_err(|fault| self.wrong(fault))?;
         let mut running =
             self.store.begin("as-drawn", &key("", &[json!("always anew")], self.loaded.base()))?;
         let mut verdicts = Vec::new();
