@@ -4,15 +4,20 @@
 //! [`disc`] are the grains that are spheres or discs by themselves; [`measure`]
 //! says how far spheres are from a solid; [`file`] keeps clumps on disk.
 
+mod cover;
 mod fidelity;
 pub mod file;
+mod fitted;
 mod ladder;
 mod nodes;
 mod normals;
+mod patches;
 mod pieces;
+mod refine;
 mod reproduce;
 
 pub use fidelity::{POINTS, measure};
+pub use fitted::{Fitted, Volume};
 pub use ladder::reproduce_to_error;
 pub use nodes::{Nodes, Place};
 pub use normals::{Normals, Order};
@@ -26,7 +31,7 @@ use std::f64::consts::PI;
 use std::path::PathBuf;
 
 /// Every way of making clumps, for `riprap list clumps`.
-pub const METHODS: &[MethodEntry] = &[nodes::ENTRY, normals::ENTRY];
+pub const METHODS: &[MethodEntry] = &[fitted::ENTRY, nodes::ENTRY, normals::ENTRY];
 
 /// Spheres that stand for one solid and move as one body, in the body frame:
 /// centre of mass at the origin, principal axes of inertia along x, y, z.

@@ -1,7 +1,7 @@
 //! From a solid to a clump: the method finds spheres, the rest is the same for all.
 
 use super::fidelity::{POINTS, compare};
-use super::{Clump, ClumpError, Nodes, Normals};
+use super::{Clump, ClumpError, Fitted, Nodes, Normals};
 use crate::geometry::{Ball, SignedDistance, united};
 use crate::num::random::stream;
 use crate::num::{Fault, Job};
@@ -13,6 +13,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
+    /// Greedy cover, then all centres and radii by least squares.
+    Fitted(Fitted),
     /// Equal spheres at all inner nodes of a grid (R1).
     Nodes(Nodes),
     /// Spheres grown along inward normals (R5).
@@ -58,6 +60,9 @@ impl Method {
     /// grid whose nodes in a ball of the solid's volume come nearest to that).
     pub fn with_spheres(key: &str, spheres: u32) -> Option<Self> {
         match key {
+            "fitted" => {
+                Some(Self::Fitted(Fitted { spheres: spheres as usize, ..Fitted::default() }))
+            }
             "nodes" => {
                 let across =
                     (6.0 * f64::from(spheres) / std::f64::consts::PI).cbrt().clamp(2.0, 100.0);
@@ -82,6 +87,7 @@ impl Method {
     /// [`Fault`] for a parameter out of its range, under the key of the method.
     pub fn validate(&self) -> Result<(), Fault> {
         match self {
+            Self::Fitted(fitted) => fitted.validate().map_err(|f| f.under("fitted")),
             Self::Nodes(nodes) => nodes.validate().map_err(|f| f.under("nodes")),
             Self::Normals(normals) => normals.validate().map_err(|f| f.under("normals")),
         }
@@ -110,6 +116,7 @@ pub fn reproduce(
     let target = Target::new(solid)?;
     let mut source = stream(seed, "clump", index);
     let found = match method {
+        Method::Fitted(fitted) => fitted.find(&target, job)?,
         Method::Nodes(nodes) => nodes.find(&target, job)?,
         Method::Normals(normals) => normals.find(&target, &mut source, job)?,
     };
