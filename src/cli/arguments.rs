@@ -151,7 +151,7 @@ pub struct Reproduce {
     #[arg(short, long, value_name = "PATH")]
     pub output: Option<PathBuf>,
     /// For a mesh: method, see `riprap list clumps`.
-    #[arg(long, value_name = "KEY", default_value = "normals")]
+    #[arg(long, value_name = "KEY", default_value = "fitted")]
     pub method: String,
     /// For a mesh: largest number of spheres.
     #[arg(long, value_name = "N", conflicts_with = "error", value_parser = clap::value_parser!(u32).range(2..))]

@@ -198,10 +198,7 @@ mod tests {
         let found = candidates(&patches, 1, 0.01, 0.01, 2.0);
         let cost = |balls: &[Ball]| -> f64 {
             let gap = |p: &Vec3| {
-                balls
-                    .iter()
-                    .map(|b| (p - b.centre).norm() - b.radius)
-                    .fold(f64::INFINITY, f64::min)
+                balls.iter().map(|b| (p - b.centre).norm() - b.radius).fold(f64::INFINITY, f64::min)
             };
             patches.points.iter().map(|p| gap(p).powi(2)).sum()
         };

@@ -26,6 +26,7 @@ pub const ENTRY: MethodEntry = MethodEntry {
     id: "",
     summary: "the largest sphere that fits in what is left of a voxel image, again and again",
     source: "Angelidakis et al. 2021",
+    example: r#"clump.euclidean = { spheres = 20 }"#,
 };
 
 /// Cells before the work is refused: about a gigabyte and a minute.
@@ -101,20 +102,19 @@ impl Euclidean {
                 return Err(ClumpError::Cancelled);
             }
             let squares = voxels.squared_distances();
-            let (cell, square) = squares.iter().copied().enumerate().fold(
-                (0, 0.0),
-                |best: (usize, f64), now| if now.1 > best.1 { now } else { best },
-            );
+            let (cell, square) =
+                squares.iter().copied().enumerate().fold((0, 0.0), |best: (usize, f64), now| {
+                    if now.1 > best.1 { now } else { best }
+                });
             let centre = voxels.centre(cell);
             // The outer cell's own boundary is about half an edge nearer than its centre.
             let left = (square.sqrt() - 0.5) * edge;
             if left < self.smallest * target.diameter {
                 break;
             }
-            // Cleared parts of earlier spheres are no surface: only the solid's own counts.
-            let radius = (-target.distance.at(&centre)).max(left).max(0.0);
-            let radius = if balls.is_empty() { radius } else { radius.min(left / (1.0 - self.overlap)) };
-            let radius = radius.min(-target.distance.at(&centre));
+            // What was cleared of earlier spheres is no surface, but holds later ones back by the overlap.
+            let inside = -target.distance.at(&centre);
+            let radius = inside.min(left / (1.0 - self.overlap));
             if radius <= 0.0 {
                 voxels.clear(&centre, 0.5 * edge);
                 continue;
@@ -142,5 +142,46 @@ impl Euclidean {
             self.overlap
         );
         Ok(Found { balls, note })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::clump::reproduce::tests::solid;
+    use crate::clump::{MassSource, Method, reproduce};
+    use crate::geometry::SignedDistance;
+    use crate::geometry::samples::{box_mesh, random_star};
+    use crate::num::Vec3;
+
+    #[test]
+    fn the_first_sphere_of_a_cube_is_its_inscribed_one_and_all_lie_inside() {
+        for (mesh, first) in [
+            (box_mesh(Vec3::repeat(2.0)).mapped(|v| v + Vec3::repeat(5.0)), Some(1.0)),
+            (random_star(4, 0.5), None),
+        ] {
+            let distance = SignedDistance::new(&mesh).expect("closed");
+            let solid = solid("x", mesh);
+            let method = Euclidean { spheres: 15, across: 24.0, ..Euclidean::default() };
+            let clump = reproduce(
+                &solid,
+                &Method::Euclidean(method),
+                MassSource::Solid,
+                1,
+                0,
+                &Job::quiet(),
+            )
+            .expect("a clump");
+            let balls = clump.in_solid_frame();
+            assert!(balls.len() > 8, "{}", clump.method);
+            assert!(balls.iter().all(|b| b.radius + distance.at(&b.centre) < 1e-9));
+            if let Some(radius) = first {
+                // To half a cell.
+                assert!((balls[0].radius - radius).abs() < 0.06, "{:?}", balls[0]);
+                assert!((balls[0].centre - solid.mass.centroid).norm() < 0.15);
+            }
+            assert!(clump.fidelity.expect("measured").volume_error < 0.0);
+        }
+        assert!(Euclidean { overlap: 1.0, ..Euclidean::default() }.validate().is_err());
     }
 }

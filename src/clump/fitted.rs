@@ -14,7 +14,7 @@
 //!
 //! Spheres straddle the surface unless `protrusion` says how far they may stick out; 0 keeps
 //! them inside. Error falls about as N⁻² on smooth solids and as N^−0.7 on solids with edges.
-//! Cost O(N·M) at worst, mostly O(M) a sweep: figures in `validation/12-clump-peers`.
+//! Cost O(N·M) at worst, mostly O(M) a sweep: figures in `validation/14-clump-peers`.
 
 use super::ClumpError;
 use super::cover;
@@ -33,6 +33,7 @@ pub const ENTRY: MethodEntry = MethodEntry {
     id: "",
     summary: "greedy cover by inner balls, then all centres and radii by least squares",
     source: "riprap's own; after Ma et al. 2012, Wang et al. 2006",
+    example: r#"clump.fitted = { spheres = 20 }"#,
 };
 
 /// Points of the coarse set a sphere, and the fewest and most of them: for the cover.
@@ -310,9 +311,8 @@ fn match_volume(balls: &mut [Ball], target: &Target, smallest: f64) {
             .map(|b| Ball { centre: b.centre, radius: (b.radius + by).max(smallest) })
             .collect()
     };
-    let excess = |by: f64| {
-        united::balls(&grown(balls, by), united::PANELS / 4).mass.volume / wanted - 1.0
-    };
+    let excess =
+        |by: f64| united::balls(&grown(balls, by), united::PANELS / 4).mass.volume / wanted - 1.0;
     let (mut x0, mut y0) = (0.0, excess(0.0));
     let mut x1 = -y0 * wanted / target.solid.mesh.area();
     for _ in 0..4 {
@@ -354,14 +354,16 @@ mod tests {
 
     #[test]
     fn half_the_error_of_growth_along_normals_and_the_volume_kept() {
-        for (name, mesh) in
-            [("box", box_mesh(Vec3::new(1.0, 1.4, 2.0))), ("l", l_mesh()), ("star", random_star(7, 0.5))]
-        {
+        for (name, mesh) in [
+            ("box", box_mesh(Vec3::new(1.0, 1.4, 2.0))),
+            ("l", l_mesh()),
+            ("star", random_star(7, 0.5)),
+        ] {
             let solid = solid(name, mesh.mapped(|v| v * 1e-3 + Vec3::repeat(2e-3)));
             let clump = make(&solid, quick(24));
             let normals = Method::Normals(Normals { spheres: 24, ..Normals::default() });
-            let other =
-                reproduce(&solid, &normals, MassSource::Solid, 1, 2, &Job::quiet()).expect("a clump");
+            let other = reproduce(&solid, &normals, MassSource::Solid, 1, 2, &Job::quiet())
+                .expect("a clump");
             assert!(rms(&clump) < 0.75 * rms(&other), "{name} {} {}", rms(&clump), rms(&other));
             let f = clump.fidelity.expect("measured");
             assert!(f.volume_error.abs() < 1e-3, "{name} {}", f.volume_error);

@@ -249,12 +249,12 @@ impl Refiner<'_> {
     fn insert(&self, balls: &mut Vec<Ball>, candidates: &[Ball], count: usize) {
         let mut gaps = Gaps::new(self.patches, self.assign(balls.clone()).gaps);
         for _ in 0..count {
-            let best = candidates
-                .iter()
-                .map(|ball| (gaps.gain(self.patches, ball), ball))
-                .fold((0.0, None), |best, (gain, ball)| {
+            let best = candidates.iter().map(|ball| (gaps.gain(self.patches, ball), ball)).fold(
+                (0.0, None),
+                |best, (gain, ball)| {
                     if gain > best.0 { (gain, Some(ball)) } else { best }
-                });
+                },
+            );
             let Some(ball) = best.1 else { break };
             gaps.add(self.patches, ball);
             balls.push(*ball);

@@ -127,8 +127,7 @@ fn shadow(
         let values = corners.map(|corner| (corner[axis] - origin[axis]) / edge);
         let low = values.iter().copied().fold(f64::INFINITY, f64::min);
         let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        low.ceil().max(0.0) as usize
-            ..((high.floor().max(-1.0) + 1.0) as usize).min(counts[axis])
+        low.ceil().max(0.0) as usize..((high.floor().max(-1.0) + 1.0) as usize).min(counts[axis])
     };
     // Signs of all lines against one edge agree between the two triangles that share it,
     // because the corners enter in one order.
@@ -222,7 +221,11 @@ mod tests {
                         .fold(f64::INFINITY, f64::min);
                     let scaled = nearest / voxels.edge.powi(2);
                     let expected = if voxels.inside[cell] { scaled } else { 0.0 };
-                    assert!((squares[cell] - expected).abs() < 1e-9, "{} {expected}", squares[cell]);
+                    assert!(
+                        (squares[cell] - expected).abs() < 1e-9,
+                        "{} {expected}",
+                        squares[cell]
+                    );
                 }
             }
         }
