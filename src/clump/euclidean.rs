@@ -176,8 +176,8 @@ mod tests {
             assert!(balls.len() > 8, "{}", clump.method);
             assert!(balls.iter().all(|b| b.radius + distance.at(&b.centre) < 1e-9));
             if let Some(radius) = first {
-                // To half a cell.
-                assert!((balls[0].radius - radius).abs() < 0.06, "{:?}", balls[0]);
+                // Its centre is known to half a cell along each axis.
+                assert!((balls[0].radius - radius).abs() < 0.1, "{:?}", balls[0]);
                 assert!((balls[0].centre - solid.mass.centroid).norm() < 0.15);
             }
             assert!(clump.fidelity.expect("measured").volume_error < 0.0);

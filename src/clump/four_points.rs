@@ -41,7 +41,7 @@ pub struct FourPoints {
     /// Most spheres; 1 to 1000, default 20.
     #[serde(default = "default_spheres")]
     pub spheres: usize,
-    /// Sets of four points that are drawn; 100 to 1000000, default 5000.
+    /// Sets of four points that are drawn; 100 to 1000000, default 40000.
     #[serde(default = "default_draws")]
     pub draws: usize,
     /// How far a sphere of the first step may stick out; 0 to 0.2, default 0.02.
@@ -62,7 +62,7 @@ fn default_spheres() -> usize {
     20
 }
 fn default_draws() -> usize {
-    5000
+    40_000
 }
 fn default_tolerance() -> f64 {
     0.02

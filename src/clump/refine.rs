@@ -24,7 +24,7 @@ use crate::num::Vec3;
 use nalgebra::{Matrix4, Vector4};
 
 /// Weight of an inner point that no sphere covers.
-const VOID: f64 = 4.0;
+const VOID: f64 = 50.0;
 /// Trials in a row without success before relocation ends.
 const PATIENCE: usize = 5;
 /// An improvement by less than this share is none.
