@@ -254,6 +254,9 @@ pub struct Measure {
     /// Meshes (STL, PLY, OBJ), clumps, packings, states, dumps.
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
+    /// Solid that the files' spheres stand for, in the same frame: gives their errors against it.
+    #[arg(long, value_name = "MESH")]
+    pub against: Option<PathBuf>,
 }
 
 /// `riprap convert`.

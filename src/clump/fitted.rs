@@ -201,7 +201,7 @@ impl Fitted {
             balls
         };
         let mut candidates = maximal(&coarse, allowed);
-        let inner = inner_points(&candidates, diameter);
+        let inner = inner_points(&candidates, diameter, count);
         coarse.add_inner(inner.clone());
         let mut fine = Patches::new(mesh, points(FINE));
         fine.add_inner(inner);
@@ -285,18 +285,24 @@ impl Fitted {
     }
 }
 
-/// Nodes of a grid well inside some maximal ball.
-fn inner_points(candidates: &[Ball], diameter: f64) -> Vec<Vec3> {
+/// Nodes of a grid deeper inside than a fit of `count` spheres leaves gaps at edges: a lower
+/// bound of the depth is what the maximal balls around a node leave to their surface.
+fn inner_points(candidates: &[Ball], diameter: f64, count: usize) -> Vec<Vec3> {
     let bounds = united::around(candidates);
     let spacing = diameter / GRID;
-    let steps = (bounds.size() / spacing).map(|s| s.ceil().min(200.0) as usize);
+    let steps = (bounds.size() / spacing).map(|s| s.ceil().clamp(0.0, 200.0) as usize);
+    let widest = candidates.iter().map(|b| b.radius).fold(0.0, f64::max);
+    let least = widest * 0.35 * (20.0 / count as f64).sqrt().min(1.0);
+    let deep: Vec<&Ball> = candidates.iter().filter(|ball| ball.radius > least).collect();
     let mut points = Vec::new();
     for i in 0..=steps.x {
         for j in 0..=steps.y {
             for k in 0..=steps.z {
                 let node = bounds.low + Vec3::new(i as f64, j as f64, k as f64) * spacing;
-                let deep = |b: &Ball| (node - b.centre).norm_squared() < (0.5 * b.radius).powi(2);
-                if candidates.iter().any(deep) {
+                let holds = |b: &&Ball| {
+                    (node - b.centre).norm_squared() < (b.radius - least) * (b.radius - least)
+                };
+                if deep.iter().any(holds) {
                     points.push(node);
                 }
             }
