@@ -56,7 +56,7 @@ pub enum Verb {
     /// Read and judge a scene; run nothing.
     Check(SceneOnly),
     /// Make the random particles of a scene as STL.
-    Generate(SceneOnly),
+    Generate(Generate),
     /// Reproduce the particles of a scene, or one mesh, as clumps of spheres.
     Reproduce(Reproduce),
     /// Pack the particles of a scene.
@@ -69,6 +69,8 @@ pub enum Verb {
     Compare(Compare),
     /// Study error against run time: tables, charts, CSV and a page.
     Study(Study),
+    /// Do many cases of one scene: a grid, a list or a Latin hypercube over any keys.
+    Sweep(Sweep),
     /// Measure meshes, clumps, packings and states.
     Measure(Measure),
     /// Convert between all formats that riprap knows, by extension.
@@ -132,6 +134,18 @@ pub enum Kind {
     Studies,
 }
 
+/// `riprap generate`.
+#[derive(Debug, Args)]
+pub struct Generate {
+    /// Scene and output folder.
+    #[command(flatten)]
+    pub scene: SceneOnly,
+    /// Write the first draw of each grain as it comes to as-drawn/, valid grain or
+    /// not, and say why not; make no grains.
+    #[arg(long)]
+    pub as_drawn: bool,
+}
+
 /// A scene and where its results go.
 #[derive(Debug, Args)]
 pub struct SceneOnly {
@@ -151,7 +165,7 @@ pub struct Reproduce {
     #[arg(short, long, value_name = "PATH")]
     pub output: Option<PathBuf>,
     /// For a mesh: method, see `riprap list clumps`.
-    #[arg(long, value_name = "KEY", default_value = "normals")]
+    #[arg(long, value_name = "KEY", default_value = "fitted")]
     pub method: String,
     /// For a mesh: largest number of spheres.
     #[arg(long, value_name = "N", conflicts_with = "error", value_parser = clap::value_parser!(u32).range(2..))]
@@ -227,12 +241,34 @@ pub struct Study {
     pub quick: bool,
 }
 
+/// `riprap sweep`.
+#[derive(Debug, Args)]
+pub struct Sweep {
+    /// Sweep file (TOML).
+    pub sweep: PathBuf,
+    /// Output folder (default: NAME.out beside the sweep file).
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// Cases at a time (default: as many as threads).
+    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub jobs: Option<u16>,
+    /// Go on with an interrupted sweep; cases that failed are tried again.
+    #[arg(long)]
+    pub resume: bool,
+    /// Write the scenes of all cases and a job array for a cluster; run nothing.
+    #[arg(long, conflicts_with = "resume")]
+    pub write_only: bool,
+}
+
 /// `riprap measure`.
 #[derive(Debug, Args)]
 pub struct Measure {
     /// Meshes (STL, PLY, OBJ), clumps, packings, states, dumps.
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
+    /// Solid that the files' spheres stand for, in the same frame: gives their errors against it.
+    #[arg(long, value_name = "MESH")]
+    pub against: Option<PathBuf>,
 }
 
 /// `riprap convert`.

@@ -31,9 +31,11 @@
 
 mod attraction;
 mod averaged;
+mod averaged_loops;
 mod averaged_motion;
 mod averaged_pass;
 mod checkpoint;
+mod contacts;
 mod drive;
 mod extra;
 mod forces;
@@ -48,6 +50,7 @@ mod setting;
 mod state;
 mod surface;
 mod turn;
+mod walls;
 
 #[cfg(test)]
 mod reference;

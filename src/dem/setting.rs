@@ -34,6 +34,8 @@ pub struct Setting<'a> {
     pub planes: Vec<u16>,
     /// Fixed values of forces besides the linear contact.
     pub extra: Fixed,
+    /// Parameters between spheres and their radius, if all are alike.
+    pub alike: Option<(Contact, f64)>,
     table: Vec<Contact>,
     stiff: Vec<Contact>,
     materials: usize,
@@ -91,6 +93,7 @@ impl<'a> Setting<'a> {
             planes,
             extra: Fixed::new(model),
             stiff: extra::stiffened(model),
+            alike: alike(model),
             table,
             materials,
         }
@@ -171,6 +174,14 @@ impl<'a> Setting<'a> {
         };
         self.model.walls.iter().map(|wall| travel(&wall.motion)).fold(0.0, f64::max)
     }
+}
+
+/// Parameters between spheres and their radius, if all spheres are of one material and size.
+fn alike(model: &Model) -> Option<(Contact, f64)> {
+    let (material, radius) = (model.bodies.first()?.material, model.spheres.first()?.radius);
+    let same = model.bodies.iter().all(|body| body.material == material)
+        && model.spheres.iter().all(|sphere| sphere.radius == radius);
+    same.then(|| (*model.contacts.between(material, material), radius))
 }
 
 /// Angular velocity of a wall, rad/s.

@@ -4,7 +4,9 @@
 
 pub mod build;
 pub mod comparing;
+pub mod drawing;
 pub mod file;
+pub mod grading;
 pub mod grains;
 pub mod materials;
 pub mod measuring;
