@@ -578,7 +578,9 @@ mod tests {
                     spins: turn(spins),
                 };
                 let mut tally = Tally::default();
-                let reply = respond::<true, true>(&rule, &pair, &approach, &mut book.view(), 0, &mut tally);
+                let reply = for_kind!(KEPT, law, K => advance::<K>(
+                    &rule, &pair, &approach, true, (&mut book.view(), 0), &mut tally,
+                ));
                 (reply, book.spring[0], tally)
             };
             let (here, there) = (seen(&|v| v), seen(&|v| frame * v));
@@ -616,7 +618,9 @@ mod tests {
                     let approach =
                         Approach { normal: Vec3::z(), overlap: -now.z, velocity, spins: Vec3::zeros() };
                     let mut tally = Tally::default();
-                    let reply = respond::<true, true>(&rule, &pair, &approach, &mut book.view(), 0, &mut tally);
+                    let reply = for_kind!(KEPT, law, K => advance::<K>(
+                    &rule, &pair, &approach, true, (&mut book.view(), 0), &mut tally,
+                ));
                     let force = Vec3::z() * reply.normal + reply.tangent;
                     if let Some(earlier) = last {
                         sum -= (earlier + force).dot(&(now - before)) * 0.5;
