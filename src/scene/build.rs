@@ -78,6 +78,7 @@ pub fn build(
         spheres,
         materials: contacts.materials,
         contacts: contacts.table,
+        extra: contacts.extra,
         walls,
         gravity,
         local_damping: scene.plan.local_damping,

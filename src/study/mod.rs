@@ -3,6 +3,7 @@
 //! and a page. Figures of CPU time depend on the machine; everything else is
 //! the same at every run.
 
+mod clump;
 mod contact;
 mod models;
 mod packing;
@@ -46,6 +47,11 @@ pub const STUDIES: &[Study] = &[
         key: "contact",
         summary: "restitution and oblique rebound of each scheme against closed forms, over the step and CPU time",
         run: contact::study,
+    },
+    Study {
+        key: "clump",
+        summary: "error of each clump method against the number of spheres and CPU time, on eight solids",
+        run: clump::study,
     },
     Study {
         key: "packing",
