@@ -127,6 +127,10 @@ fn example(kind: &str, entry: &MethodEntry) -> &'static str {
         ("contact", "path_averaged", _) => r#"plan.scheme = "path_averaged""#,
         ("contact", "liggghts", _) => r#"plan.scheme = "liggghts""#,
         ("contact", "yade", _) => r#"plan.scheme = "yade""#,
+        ("contact", "all_pairs", _) => r#"plan.mutual_gravity = { method = "all_pairs" }"#,
+        ("contact", "tree", _) => {
+            r#"plan.mutual_gravity = { method = { tree = { theta = 0.5 } } }"#
+        }
         ("contact", "linear", _) => {
             r#"contact = { kn = "10 kN/m", restitution = 0.5, friction = 0.5 }"#
         }

@@ -11,6 +11,7 @@
 //! O(candidates); cannot fail.
 
 use super::averaged_pass::{self, Memory};
+use super::far::Far;
 use super::law::{Approach, BookView, Reply, Rule, Tally, release, respond};
 use super::neighbours;
 use super::setting::{PlaneNow, Setting, wall_spin};
@@ -36,6 +37,8 @@ pub struct Workspace {
     faces: Vec<[Vec3; 3]>,
     walls_at: Option<u64>,
     memory: Memory,
+    /// Gravity between bodies.
+    pub far: Far,
 }
 
 /// Force of a pair on its first sphere.
@@ -69,6 +72,7 @@ impl Workspace {
             faces: Vec::new(),
             walls_at: None,
             memory: Memory::default(),
+            far: Far::new(threads),
         }
     }
 

@@ -34,6 +34,8 @@ mod averaged_motion;
 mod averaged_pass;
 mod checkpoint;
 mod drive;
+mod far;
+mod far_tree;
 mod forces;
 mod guard;
 mod law;
@@ -50,6 +52,8 @@ mod turn;
 mod reference;
 #[cfg(test)]
 mod test_averaged;
+#[cfg(test)]
+mod test_far;
 #[cfg(test)]
 mod test_physics;
 #[cfg(test)]
@@ -180,6 +184,18 @@ pub const METHODS: &[MethodEntry] = &[
         id: "integrator",
         summary: "drift-kick-drift with forces averaged over the path of a step and implicit dashpots; second order where contacts begin and end",
         source: "own; drift: Swope et al. 1982; clumps: Dullweber, Leimkuhler & McLachlan 1997",
+    },
+    MethodEntry {
+        key: "all_pairs",
+        id: "mutual gravity, D6",
+        summary: "gravity between all pairs of bodies, exact, cost n²",
+        source: "Newton 1687; softening: Plummer 1911",
+    },
+    MethodEntry {
+        key: "tree",
+        id: "mutual gravity, D6",
+        summary: "gravity between bodies, far groups as one with their second moments, cost n log n",
+        source: "Barnes & Hut 1986; criterion: Barnes 1994",
     },
     MethodEntry {
         key: "linear",

@@ -3,6 +3,7 @@
 
 pub mod body;
 pub mod contact;
+pub mod far;
 pub mod needs;
 pub mod plan;
 pub mod restitution;
@@ -12,6 +13,7 @@ pub mod wall;
 
 pub use body::{Body, Material, Sphere};
 pub use contact::{Contact, ContactTable};
+pub use far::{FarMethod, MutualGravity, TreeParameters};
 pub use needs::Needs;
 pub use plan::{Arm, Coulomb, History, Law, Plan, Scheme, StepReason};
 pub use run::{Cost, Outcome, Run, SeriesRow, Touch};
@@ -68,6 +70,8 @@ pub struct Model {
     pub walls: Vec<Wall>,
     /// Acceleration of gravity, m/s².
     pub gravity: Vec3,
+    /// Gravity between bodies, if any.
+    pub mutual: Option<MutualGravity>,
     /// Local (non-viscous) damping coefficient α of Cundall as YADE applies it,
     /// 0 for none: per axis, a ← a (1 − α sign(a (v + a Δt/2))).
     pub local_damping: f64,

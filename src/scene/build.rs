@@ -82,6 +82,7 @@ pub fn build(
         contacts: contacts.table,
         walls,
         gravity,
+        mutual: scene.plan.mutual_gravity,
         local_damping: scene.plan.local_damping,
         domain,
         plan,

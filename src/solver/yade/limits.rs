@@ -26,6 +26,11 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
     if model.bodies.is_empty() {
         limits.push(Limit::refused("a deck needs at least one body"));
     }
+    if needs.mutual_gravity {
+        limits.push(Limit::refused(
+            "gravity between bodies: YADE has a central force towards one body only; a deck without it would run another model",
+        ));
+    }
     if plan.law.tension && needs.normal_damping {
         limits.push(Limit::differs("the normal force never pulls: it is cut at 0 (ViscEl law)"));
     }
