@@ -23,6 +23,7 @@ fn model(dimension: Dimension, contact: Contact) -> Model {
         contacts: ContactTable::uniform(1, contact),
         walls: Vec::new(),
         gravity: Vec3::zeros(),
+        mutual: None,
         local_damping: 0.0,
         domain: Bounds { low: Vec3::repeat(-0.02), high: Vec3::repeat(0.02) },
         plan: Plan {
