@@ -106,6 +106,22 @@ impl Far {
     }
 }
 
+/// What all others do to each of these point masses, over the gravitational constant
+/// (`law.constant` does not enter): `places` in m and `masses` in kg, arrays of one length.
+pub fn attraction(
+    places: &[Vec3],
+    masses: &[f64],
+    law: &MutualGravity,
+    threads: usize,
+) -> Vec<Pull> {
+    let mut far = Far::new(threads);
+    far.masses = masses.to_vec();
+    far.places = places.to_vec();
+    far.pulls = vec![Pull::default(); places.len()];
+    far.sum(law);
+    far.pulls
+}
+
 /// Fills `pulls` with `of` its index, by blocks.
 fn each(pool: &Option<rayon::ThreadPool>, pulls: &mut [Pull], of: impl Fn(usize) -> Pull + Sync) {
     let block = |(number, part): (usize, &mut [Pull])| {

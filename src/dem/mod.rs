@@ -61,6 +61,8 @@ mod test_runs;
 #[cfg(test)]
 mod test_scenes;
 
+pub use far::attraction;
+pub use far_tree::Pull;
 pub use limit::{Advice, advise};
 
 use crate::model::{Cost, Coulomb, Frame, History, Model, Outcome, Run, Scheme, SeriesRow, Touch};

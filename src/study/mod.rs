@@ -5,6 +5,7 @@
 
 mod contact;
 mod models;
+mod tree;
 
 use crate::num::Job;
 use crate::report::findings::Findings;
@@ -40,11 +41,18 @@ pub struct Study {
 }
 
 /// All studies.
-pub const STUDIES: &[Study] = &[Study {
-    key: "contact",
-    summary: "restitution and oblique rebound of each scheme against closed forms, over the step and CPU time",
-    run: contact::study,
-}];
+pub const STUDIES: &[Study] = &[
+    Study {
+        key: "contact",
+        summary: "restitution and oblique rebound of each scheme against closed forms, over the step and CPU time",
+        run: contact::study,
+    },
+    Study {
+        key: "tree",
+        summary: "gravity between bodies: error of the tree code over θ and CPU time, n log n cost",
+        run: tree::study,
+    },
+];
 
 /// The study of this key.
 pub fn find(key: &str) -> Option<&'static Study> {
