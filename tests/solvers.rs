@@ -26,6 +26,7 @@ fn model(dimension: Dimension, contact: Contact) -> Model {
         extra: Extra::default(),
         walls: Vec::new(),
         gravity: Vec3::zeros(),
+        mutual: None,
         local_damping: 0.0,
         domain: Bounds { low: Vec3::repeat(-0.02), high: Vec3::repeat(0.02) },
         plan: Plan {

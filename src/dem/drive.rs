@@ -96,9 +96,9 @@ fn start(
     force_pass(setting, &mut state, work, true);
     let ledger = (
         ledger::kinetic(setting, &state) + ledger::stored(setting, &state),
-        ledger::height(setting, &state),
+        ledger::potential(setting, &state),
     );
-    (state.ledger.start, state.ledger.start_height) = ledger;
+    (state.ledger.start, state.ledger.start_potential) = ledger;
     if guard::finite(&state) {
         observer.frame(&state.frame(setting));
         observer.row(&ledger::row(setting, &state));
@@ -178,6 +178,9 @@ pub(super) fn force_pass(
         }
     }
     state.gather_solids(setting);
+    if let Some(law) = &setting.model.mutual {
+        work.far.add(setting, state, law);
+    }
     let damping = motion::damp(setting, state, first);
     state.ledger.add(tally, damping, setting.step, first);
 }

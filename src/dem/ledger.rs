@@ -38,8 +38,8 @@ pub struct Ledger {
     pub damping_half: f64,
     /// Kinetic + elastic energy at time 0.
     pub start: f64,
-    /// Σ m g·x at time 0.
-    pub start_height: f64,
+    /// Potential energy at time 0.
+    pub start_potential: f64,
 }
 
 impl Ledger {
@@ -200,10 +200,19 @@ pub fn kinetic(setting: &Setting<'_>, state: &State) -> f64 {
 }
 
 /// Σ m g·x over all bodies, J.
-pub fn height(setting: &Setting<'_>, state: &State) -> f64 {
+fn height(setting: &Setting<'_>, state: &State) -> f64 {
     let model = setting.model;
     let bodies = state.bodies(setting);
     bodies.iter().zip(&model.bodies).map(|(s, b)| b.mass * setting.gravity.dot(&s.position)).sum()
+}
+
+/// Potential energy in uniform gravity and between the bodies, J.
+pub fn potential(setting: &Setting<'_>, state: &State) -> f64 {
+    let between = match &setting.model.mutual {
+        Some(law) => super::far::Far::new(1).energy(setting, state, law),
+        None => 0.0,
+    };
+    between - height(setting, state)
 }
 
 /// The row of the series for the present step.
@@ -211,7 +220,7 @@ pub fn row(setting: &Setting<'_>, state: &State) -> SeriesRow {
     let ledger = &state.ledger;
     let found = sweep(setting, state);
     let kinetic = kinetic(setting, state);
-    let gravitational = ledger.start_height - height(setting, state);
+    let gravitational = potential(setting, state) - ledger.start_potential;
     let lost = ledger.contacts.normal_dashpot
         + ledger.contacts.tangential_dashpot
         + ledger.contacts.slip

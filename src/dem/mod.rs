@@ -38,6 +38,8 @@ mod checkpoint;
 mod contacts;
 mod drive;
 mod extra;
+mod far;
+mod far_tree;
 mod forces;
 mod guard;
 mod law;
@@ -59,6 +61,8 @@ mod test_averaged;
 #[cfg(test)]
 mod test_extra;
 #[cfg(test)]
+mod test_far;
+#[cfg(test)]
 mod test_oracles;
 #[cfg(test)]
 mod test_physics;
@@ -67,6 +71,8 @@ mod test_runs;
 #[cfg(test)]
 mod test_scenes;
 
+pub use far::attraction;
+pub use far_tree::Pull;
 pub use limit::{Advice, advise};
 
 use crate::model::{Cost, Coulomb, Frame, History, Model, Outcome, Run, Scheme, SeriesRow, Touch};
@@ -194,6 +200,20 @@ pub const METHODS: &[MethodEntry] = &[
         summary: "drift-kick-drift with forces averaged over the path of a step and implicit dashpots; second order where contacts begin and end",
         source: "own; drift: Swope et al. 1982; clumps: Dullweber, Leimkuhler & McLachlan 1997",
         example: r#"plan.scheme = "path_averaged""#,
+    },
+    MethodEntry {
+        key: "all_pairs",
+        id: "mutual gravity, D6",
+        summary: "gravity between all pairs of bodies, exact, cost n²",
+        source: "Newton 1687; softening: Plummer 1911",
+        example: r#"plan.mutual_gravity = { method = "all_pairs" }"#,
+    },
+    MethodEntry {
+        key: "tree",
+        id: "mutual gravity, D6",
+        summary: "gravity between bodies, far groups as one with their second moments, cost n log n",
+        source: "Barnes & Hut 1986; criterion: Barnes 1994",
+        example: r#"plan.mutual_gravity = { method = { tree = { theta = 0.5 } } }"#,
     },
     MethodEntry {
         key: "lammps",

@@ -4,6 +4,7 @@
 pub mod body;
 pub mod contact;
 pub mod extra;
+pub mod far;
 pub mod needs;
 pub mod plan;
 pub mod restitution;
@@ -14,6 +15,7 @@ pub mod wall;
 pub use body::{Body, Material, Sphere};
 pub use contact::{Contact, ContactTable};
 pub use extra::{Extra, PairForces};
+pub use far::{FarMethod, MutualGravity, TreeParameters};
 pub use needs::Needs;
 pub use plan::{Arm, Coulomb, History, Law, Plan, Scheme, StepReason};
 pub use run::{Cost, Outcome, Run, SeriesRow, Touch};
@@ -72,6 +74,8 @@ pub struct Model {
     pub walls: Vec<Wall>,
     /// Acceleration of gravity, m/s².
     pub gravity: Vec3,
+    /// Gravity between bodies, if any.
+    pub mutual: Option<MutualGravity>,
     /// Local (non-viscous) damping coefficient α of Cundall as YADE applies it,
     /// 0 for none: per axis, a ← a (1 − α sign(a (v + a Δt/2))).
     pub local_damping: f64,

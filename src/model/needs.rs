@@ -19,6 +19,8 @@ pub struct Needs {
     pub materials: bool,
     /// Gravity is not zero.
     pub gravity: bool,
+    /// Gravity between bodies.
+    pub mutual_gravity: bool,
     /// Some contact has μ > 0 and kt or ct > 0: tangential force, history and rotation.
     pub friction: bool,
     /// Some contact has cn > 0.
@@ -71,6 +73,7 @@ impl Needs {
             sizes: model.spheres.iter().any(|sphere| Some(sphere.radius) != first),
             materials: model.materials.len() > 1,
             gravity: model.gravity.norm_squared() > 0.0,
+            mutual_gravity: model.mutual.is_some(),
             friction,
             normal_damping: pairs().any(|c| c.cn > 0.0),
             tangential_damping: friction && pairs().any(|c| c.ct > 0.0),
@@ -102,7 +105,7 @@ impl Needs {
     }
 
     /// Every need with its key, what it is for people, and whether this scene has it.
-    pub fn table(&self) -> [(&'static str, &'static str, bool); 22] {
+    pub fn table(&self) -> [(&'static str, &'static str, bool); 23] {
         [
             ("discs", "two dimensions (discs of unit thickness)", self.discs),
             ("spheres", "single spheres", self.spheres),
@@ -110,6 +113,7 @@ impl Needs {
             ("sizes", "radius of each sphere", self.sizes),
             ("materials", "table of material pairs", self.materials),
             ("gravity", "gravity", self.gravity),
+            ("mutual_gravity", "gravity between bodies", self.mutual_gravity),
             ("friction", "friction and tangential history", self.friction),
             ("normal_damping", "normal dashpot", self.normal_damping),
             ("tangential_damping", "tangential dashpot", self.tangential_damping),

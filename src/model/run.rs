@@ -73,7 +73,7 @@ pub struct SeriesRow {
     pub kinetic: f64,
     /// Elastic energy in normal and tangential springs.
     pub elastic: f64,
-    /// Potential energy in gravity, relative to time 0.
+    /// Potential energy in uniform gravity and between bodies, relative to time 0.
     pub gravitational: f64,
     /// Dissipated by normal dashpots since time 0.
     pub normal_dashpot: f64,

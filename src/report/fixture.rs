@@ -63,6 +63,7 @@ pub fn model(side: usize) -> Model {
         extra: crate::model::Extra::default(),
         walls: Vec::new(),
         gravity: Vec3::new(0.0, 0.0, -9.81),
+        mutual: None,
         local_damping: 0.0,
         domain: Bounds { low: Vec3::zeros(), high: Vec3::repeat(pitch * (side + 4) as f64) },
         plan: Plan {

@@ -81,6 +81,7 @@ pub fn build(
         extra: contacts.extra,
         walls,
         gravity,
+        mutual: scene.plan.mutual_gravity,
         local_damping: scene.plan.local_damping,
         domain,
         plan,

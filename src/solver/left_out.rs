@@ -12,12 +12,15 @@ pub struct LeftOut {
     pub why: &'static str,
 }
 
-/// Everything that `needs` lacks.
+/// What no deck can have (see the limits of the solvers), so that lacking it says nothing.
+const NEVER: &[&str] = &["mutual_gravity"];
+
+/// Everything that `needs` lacks and a deck could have.
 pub fn left_out(needs: &Needs) -> Vec<LeftOut> {
     needs
         .table()
         .into_iter()
-        .filter(|(_, _, needed)| !needed)
+        .filter(|(key, _, needed)| !needed && !NEVER.contains(key))
         .map(|(key, what, _)| LeftOut { what, why: why(key) })
         .collect()
 }
@@ -62,6 +65,7 @@ mod tests {
             sizes: false,
             materials: false,
             gravity: false,
+            mutual_gravity: false,
             friction: false,
             normal_damping: false,
             tangential_damping: false,
@@ -80,7 +84,7 @@ mod tests {
             rotation: false,
         };
         let list = left_out(&none);
-        assert_eq!(list.len(), none.table().len());
+        assert_eq!(list.len() + NEVER.len(), none.table().len());
         assert!(list.iter().all(|entry| entry.why != "the scene has none"), "{list:?}");
     }
 }

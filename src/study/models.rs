@@ -21,6 +21,7 @@ pub fn empty(scheme: Scheme, contact: Contact, density: f64) -> Model {
         extra: crate::model::Extra::default(),
         walls: Vec::new(),
         gravity: Vec3::zeros(),
+        mutual: None,
         local_damping: 0.0,
         domain: Bounds { low: Vec3::repeat(-1.0), high: Vec3::repeat(1.0) },
         plan: Plan {

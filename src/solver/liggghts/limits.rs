@@ -35,6 +35,11 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
     if model.bodies.is_empty() {
         limits.push(Limit::refused("a deck needs at least one body"));
     }
+    if needs.mutual_gravity {
+        limits.push(Limit::refused(
+            "gravity between bodies: LIGGGHTS has no such force; a deck without it would run another model",
+        ));
+    }
     if needs.local_damping {
         limits.push(Limit::refused(
             "local (non-viscous) damping: LIGGGHTS has none; a deck without it would run another model",

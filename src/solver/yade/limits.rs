@@ -27,6 +27,10 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
         limits.push(Limit::refused("a deck needs at least one body"));
     }
     let refused = [
+        (
+            needs.mutual_gravity,
+            "gravity between bodies: YADE has a central force towards one body only",
+        ),
         (needs.cohesion, "cohesion: the ViscEl law has none of these kinds"),
         (needs.bridges, "liquid bridges: riprap writes no ViscElCap deck"),
         (needs.molecular, "molecular potentials: YADE has none"),
