@@ -63,6 +63,8 @@ mod test_extra;
 #[cfg(test)]
 mod test_far;
 #[cfg(test)]
+// Digits as the reference tables have them.
+#[allow(clippy::excessive_precision)]
 mod test_oracles;
 #[cfg(test)]
 mod test_physics;
