@@ -5,8 +5,8 @@ use super::law::Rule;
 use super::setting::Setting;
 use super::state::{Load, State};
 use super::{
-    DemError, Observer, Summary, averaged_motion, checkpoint, guard, ledger, limit, motion,
-    neighbours,
+    DemError, Observer, Summary, averaged_motion, bond, checkpoint, guard, ledger, limit, motion,
+    neighbours, zeroing,
 };
 use crate::model::{Cost, Model, Outcome, Scheme};
 use crate::num::{Job, Vec3, clock};
@@ -46,6 +46,7 @@ pub fn simulate(
             break;
         }
         stopped = one_step(&setting, &mut state, &mut work);
+        zeroing::apply(&setting, &mut state);
         record(&setting, &mut state, observer, stopped.is_some())?;
         if state.step.is_multiple_of(REPORT_EVERY) {
             job.report("steps", state.step, model.plan.steps);
@@ -63,6 +64,7 @@ pub fn simulate(
     Ok(Summary {
         outcome,
         touches: ledger::touches(&setting, &state),
+        breaks: state.bonds.broken.clone(),
         cost: Cost {
             cpu_seconds: clock::since(cpu, begun),
             wall_seconds: begun.elapsed().as_secs_f64(),
@@ -87,7 +89,7 @@ fn start(
     let stopped = guard::check(setting, &state);
     force_pass(setting, &mut state, work, true);
     let ledger = (
-        ledger::kinetic(setting, &state) + ledger::sweep(setting, &state).elastic,
+        ledger::kinetic(setting, &state) + ledger::stored(setting, &state),
         ledger::height(setting, &state),
     );
     (state.ledger.start, state.ledger.start_height) = ledger;
@@ -105,7 +107,7 @@ fn one_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace) -> O
     }
     state.ledger.add_half();
     let mut stopped = None;
-    if motion::advance(setting, state) {
+    if motion::advance(setting, state) | state.bonds.take_changed() {
         neighbours::rebuild(setting, state);
         stopped = guard::check(setting, state);
     }
@@ -117,7 +119,7 @@ fn one_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace) -> O
 /// Half a step, force pass, half a step.
 fn averaged_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace) -> Option<String> {
     let mut stopped = None;
-    if averaged_motion::first_half(setting, state) {
+    if averaged_motion::first_half(setting, state) | state.bonds.take_changed() {
         neighbours::rebuild(setting, state);
         stopped = guard::check(setting, state);
     }
@@ -140,7 +142,8 @@ pub(super) fn force_pass(
         advance: if first && setting.scheme != Scheme::Yade { 0.0 } else { setting.step },
         interval: if first { 0.0 } else { setting.step },
     };
-    let tally = evaluate(setting, state, work, &rule);
+    let mut tally = evaluate(setting, state, work, &rule);
+    tally += bond::pass(setting, state, &rule, first);
     if setting.planar {
         for Load { force, torque } in &mut state.loads {
             force.z = 0.0;

@@ -281,7 +281,7 @@ fn mean_power(before: f64, now: f64) -> f64 {
 
 /// The spring of the last pass, turned with the contact.
 #[inline(always)]
-fn carry(rule: &Rule, approach: &Approach, book: &mut BookView<'_>, k: usize) -> Vec3 {
+pub fn carry(rule: &Rule, approach: &Approach, book: &mut BookView<'_>, k: usize) -> Vec3 {
     let old = book.spring[k];
     let n = approach.normal;
     match rule.law.history {

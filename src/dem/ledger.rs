@@ -11,6 +11,7 @@
 //! drops its spring energy unseen: that residual does not shrink.
 //! Cost: 8 % of a step in a settled bed.
 
+use super::bond;
 use super::law::Tally;
 use super::setting::{PlaneNow, Setting};
 use super::state::State;
@@ -28,6 +29,8 @@ pub struct Ledger {
     pub wall_work: f64,
     /// Dissipated by local damping.
     pub local_damping: f64,
+    /// Kinetic energy taken where velocities were set to zero.
+    pub zeroed: f64,
     /// Half of the work of the present pass, to be added after the row.
     pub wall_half: f64,
     /// The same for local damping.
@@ -60,8 +63,10 @@ impl Ledger {
 /// What a sweep over all touching contacts finds.
 #[derive(Debug, Default)]
 pub struct Sweep {
-    /// Energy in springs, J.
+    /// Energy in the springs of contacts, J.
     pub elastic: f64,
+    /// Energy in intact bonds, J.
+    pub bonds: f64,
     /// Contacts, walls included.
     pub contacts: u64,
     /// Contacts between spheres.
@@ -130,7 +135,22 @@ pub fn sweep(setting: &Setting<'_>, state: &State) -> Sweep {
         add(law, overlap, spring, ball.radius);
     });
     found.between = between;
+    if setting.needs.bonds {
+        let held = bond::held(setting, state);
+        let (energy, count, overlap) = held.contacts;
+        found.bonds = held.elastic;
+        found.elastic += energy;
+        found.contacts += count;
+        found.between += count;
+        found.worst_overlap = found.worst_overlap.max(overlap);
+    }
     found
+}
+
+/// Energy in contacts and bonds, J.
+pub fn stored(setting: &Setting<'_>, state: &State) -> f64 {
+    let found = sweep(setting, state);
+    found.elastic + found.bonds
 }
 
 /// Velocity in the contact plane: `away` from the partner to the sphere, `velocity`
@@ -197,7 +217,10 @@ pub fn row(setting: &Setting<'_>, state: &State) -> SeriesRow {
     let lost = ledger.contacts.normal_dashpot
         + ledger.contacts.tangential_dashpot
         + ledger.contacts.slip
-        + ledger.local_damping;
+        + ledger.local_damping
+        + state.bonds.damped
+        + state.bonds.released
+        + ledger.zeroed;
     let momentum: Vec3 = state
         .bodies(setting)
         .iter()
@@ -215,7 +238,12 @@ pub fn row(setting: &Setting<'_>, state: &State) -> SeriesRow {
         slip: ledger.contacts.slip,
         local_damping: ledger.local_damping,
         wall_work: ledger.wall_work,
-        energy_error: kinetic + found.elastic + gravitational + lost
+        bond_elastic: found.bonds,
+        bond_damping: state.bonds.damped,
+        bond_released: state.bonds.released,
+        bonds: state.bonds.intact(),
+        zeroed: ledger.zeroed,
+        energy_error: kinetic + found.elastic + found.bonds + gravitational + lost
             - ledger.wall_work
             - ledger.start,
         contacts: found.contacts,
@@ -246,6 +274,9 @@ pub fn touches(setting: &Setting<'_>, state: &State) -> Vec<Touch> {
             tangential: law.kt * record.spring.norm(),
         });
     });
+    if setting.needs.bonds {
+        all.extend(bond::touches(setting, state));
+    }
     all.retain(|touch| touch.normal.is_finite() && touch.tangential.is_finite());
     all.sort_unstable_by_key(|touch| (touch.first, touch.second));
     all

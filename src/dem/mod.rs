@@ -32,6 +32,9 @@
 mod averaged;
 mod averaged_motion;
 mod averaged_pass;
+mod bond;
+mod bond_law;
+mod bond_limit;
 mod checkpoint;
 mod drive;
 mod forces;
@@ -45,11 +48,14 @@ mod setting;
 mod state;
 mod surface;
 mod turn;
+mod zeroing;
 
 #[cfg(test)]
 mod reference;
 #[cfg(test)]
 mod test_averaged;
+#[cfg(test)]
+mod test_bonds;
 #[cfg(test)]
 mod test_physics;
 #[cfg(test)]
@@ -59,7 +65,9 @@ mod test_scenes;
 
 pub use limit::{Advice, advise};
 
-use crate::model::{Cost, Coulomb, Frame, History, Model, Outcome, Run, Scheme, SeriesRow, Touch};
+use crate::model::{
+    Break, Cost, Coulomb, Frame, History, Model, Outcome, Run, Scheme, SeriesRow, Touch,
+};
 use crate::num::Job;
 use crate::num::entry::MethodEntry;
 
@@ -80,6 +88,8 @@ pub struct Summary {
     pub outcome: Outcome,
     /// Sphere–sphere contacts at the end; tangential: the spring's part.
     pub touches: Vec<Touch>,
+    /// Bonds that broke, in the order of time.
+    pub breaks: Vec<Break>,
     /// Time and memory.
     pub cost: Cost,
     /// What was known about the step beforehand.
@@ -130,6 +140,7 @@ pub fn run(model: &Model, job: &Job) -> Result<Run, DemError> {
         outcome: summary.outcome,
         frames: kept.frames,
         touches: Some(summary.touches),
+        breaks: Some(summary.breaks),
         series: kept.rows,
         cost: summary.cost,
         notes: Vec::new(),
@@ -223,6 +234,7 @@ fn usable(model: &Model) -> Result<(), DemError> {
             return fault(format!("sphere {index} has the radius {} m", sphere.radius));
         }
     }
+    bonds_usable(model)?;
     let size = model.contacts.size() as u16;
     for (a, b) in (0..size).flat_map(|a| (a..size).map(move |b| (a, b))) {
         let law = model.contacts.between(a, b);
@@ -233,6 +245,30 @@ fn usable(model: &Model) -> Result<(), DemError> {
                 "the contact between materials {a} and {b} needs kn > 0 and finite kt, cn, ct, friction of at least 0"
             ));
         }
+    }
+    Ok(())
+}
+
+fn bonds_usable(model: &Model) -> Result<(), DemError> {
+    let fault = |index: usize, what: &str| Err(DemError::Unusable(format!("bond {index} {what}")));
+    let mut pairs: Vec<(u32, u32)> = Vec::with_capacity(model.bonds.len());
+    for (index, bond) in model.bonds.iter().enumerate() {
+        let of = |sphere: u32| model.spheres.get(sphere as usize).map(|s| s.body);
+        let (Some(one), Some(two)) = (of(bond.first), of(bond.second)) else {
+            return fault(index, "joins a sphere that does not exist");
+        };
+        if one == two || bond.first >= bond.second {
+            return fault(index, "must join spheres of two bodies, the lower number first");
+        }
+        if let Some(what) = bond.fault() {
+            return fault(index, what);
+        }
+        pairs.push((bond.first, bond.second));
+    }
+    pairs.sort_unstable();
+    if let Some(twice) = pairs.windows(2).find(|two| two[0] == two[1]) {
+        let (a, b) = twice[0];
+        return Err(DemError::Unusable(format!("spheres {a} and {b} have two bonds")));
     }
     Ok(())
 }

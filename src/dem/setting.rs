@@ -1,5 +1,6 @@
 //! What does not change during a run, laid out for the kernels.
 
+use super::bond;
 use super::law::Kept;
 use super::surface::Surfaces;
 use crate::model::{
@@ -31,6 +32,8 @@ pub struct Setting<'a> {
     pub surfaces: Surfaces,
     /// Indices of plane walls in `model.walls`.
     pub planes: Vec<u16>,
+    /// Bonds between bodies.
+    pub bonds: bond::Table,
     table: Vec<Contact>,
     materials: usize,
 }
@@ -64,7 +67,7 @@ impl<'a> Setting<'a> {
         let planes = (0..model.walls.len() as u16)
             .filter(|w| matches!(model.walls[*w as usize].shape, WallShape::Plane { .. }))
             .collect();
-        Self {
+        let mut setting = Self {
             model,
             needs,
             scheme: plan.scheme,
@@ -84,9 +87,12 @@ impl<'a> Setting<'a> {
             },
             surfaces: Surfaces::new(model),
             planes,
+            bonds: bond::Table::default(),
             table,
             materials,
-        }
+        };
+        setting.bonds = bond::Table::new(&setting);
+        setting
     }
 
     /// Time of the force pass that belongs to step `step`, s: the middle of the step

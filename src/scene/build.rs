@@ -70,6 +70,8 @@ pub fn build(
         checkpoint_every: 0,
         scheme: scene.plan.scheme,
         law,
+        zero_every: 0,
+        zero_until: 0,
         insist: scene.plan.insist,
     };
     let mut model = Model {
@@ -78,6 +80,7 @@ pub fn build(
         seed: scene.seed,
         bodies,
         spheres,
+        bonds: Vec::new(),
         materials: contacts.materials,
         contacts: contacts.table,
         walls,
@@ -225,6 +228,11 @@ fn set_step(scene: &Scene, plan: &mut Plan, advice: &Advice) -> Result<(), Fault
             plan.step = duration / plan.steps as f64;
             plan.reason = StepReason::Auto(advice.reason.clone());
         }
+    }
+    plan.zero_every = scene.plan.zero_velocities_every.map_or(0, u64::from);
+    if plan.zero_every > 0 {
+        let last = scene.plan.zero_velocities_until.map(|time| (time.0 / plan.step).floor() as u64);
+        plan.zero_until = last.unwrap_or(u64::MAX);
     }
     let every = |count: u32| (plan.steps / u64::from(count.max(1))).max(1);
     plan.frame_every = every(scene.output.frames);

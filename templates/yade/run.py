@@ -157,10 +157,23 @@ O.engines = [
 {%- endif %}
         [Law2_ScGeom_ViscElPhys_Basic()],
     ),
+{%- if needs.zeroing %}
+    PyRunner(command='stop_bodies()', iterPeriod={{ zero_every }}, firstIterRun={{ zero_every }}),
+{%- endif %}
     NewtonIntegrator(damping={{ damping }}{% if needs.gravity %}, gravity=({{ gravity[0] }}, {{ gravity[1] }}, {{ gravity[2] }}){% endif %}),
 ]
 
 frames = open('frames.txt', 'w')
+{%- if needs.zeroing %}
+
+
+def stop_bodies():
+    """Velocities and spins become zero, up to step {{ zero_until }}."""
+    if O.iter > {{ zero_until }}:
+        return
+    for k in ids:
+        O.bodies[k].state.vel = O.bodies[k].state.angVel = Vector3(0, 0, 0)
+{%- endif %}
 
 
 def digits(*vectors):

@@ -26,6 +26,13 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
     if model.bodies.is_empty() {
         limits.push(Limit::refused("a deck needs at least one body"));
     }
+    if needs.zeroing && needs.clumps {
+        limits
+            .push(Limit::refused("velocities set to zero every so many steps, with rigid clumps"));
+    }
+    if needs.bonds {
+        limits.push(Limit::refused("bonds: decks for YADE do not have them yet"));
+    }
     if plan.law.tension && needs.normal_damping {
         limits.push(Limit::differs("the normal force never pulls: it is cut at 0 (ViscEl law)"));
     }
