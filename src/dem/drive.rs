@@ -141,6 +141,7 @@ pub(super) fn force_pass(
         law: setting.law,
         advance: if first && setting.scheme != Scheme::Yade { 0.0 } else { setting.step },
         interval: if first { 0.0 } else { setting.step },
+        bare_slip: setting.scheme == Scheme::Lammps,
     };
     let mut tally = evaluate(setting, state, work, &rule);
     tally += bond::pass(setting, state, &rule, first);
