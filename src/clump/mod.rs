@@ -4,6 +4,7 @@
 //! [`disc`] are the grains that are spheres or discs by themselves; [`measure`]
 //! says how far spheres are from a solid; [`file`] keeps clumps on disk.
 
+mod cluster;
 mod fidelity;
 pub mod file;
 mod ladder;
@@ -12,6 +13,7 @@ mod normals;
 mod pieces;
 mod reproduce;
 
+pub use cluster::{Cluster, Members, Pattern};
 pub use fidelity::{POINTS, measure};
 pub use ladder::reproduce_to_error;
 pub use nodes::{Nodes, Place};
@@ -26,7 +28,7 @@ use std::f64::consts::PI;
 use std::path::PathBuf;
 
 /// Every way of making clumps, for `riprap list clumps`.
-pub const METHODS: &[MethodEntry] = &[nodes::ENTRY, normals::ENTRY];
+pub const METHODS: &[MethodEntry] = &[nodes::ENTRY, normals::ENTRY, cluster::ENTRY];
 
 /// Spheres that stand for one solid and move as one body, in the body frame:
 /// centre of mass at the origin, principal axes of inertia along x, y, z.

@@ -252,6 +252,13 @@ pub const METHODS: &[MethodEntry] = &[
         source: "",
         example: r#"plan.law.variant = { coulomb = "spring", history = "projected", arm = "radius" }"#,
     },
+    MethodEntry {
+        key: "bonded",
+        id: "D9",
+        summary: "grains of spheres joined by contact bonds (strengths in N) or beams (strengths in Pa) that break",
+        source: "Potyondy & Cundall 2004; large rotations: Wang 2009",
+        example: r#"body.bonded = { law.contact = { tension = "1 N", shear = "0.5 N" } }"#,
+    },
 ];
 
 /// Refuses what the model's invariants exclude but a kernel would turn into nonsense.

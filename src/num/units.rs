@@ -150,6 +150,8 @@ quantity!(/// Kilograms per cubic metre.
     Density, "density", [("kg/m3", 1.0), ("kg/m^3", 1.0), ("kg/m³", 1.0), ("g/cm3", 1e3), ("g/cm^3", 1e3), ("t/m3", 1e3)]);
 quantity!(/// Newtons per metre.
     Stiffness, "stiffness", [("N/m", 1.0), ("kN/m", 1e3), ("MN/m", 1e6), ("N/mm", 1e3)]);
+quantity!(/// Newtons.
+    Force, "force", [("N", 1.0), ("kN", 1e3), ("mN", 1e-3), ("MN", 1e6)]);
 quantity!(/// Newton seconds per metre.
     Damping, "damping coefficient", [("N s/m", 1.0), ("Ns/m", 1.0), ("kg/s", 1.0)]);
 quantity!(/// Pascals.

@@ -91,7 +91,8 @@ impl Road {
     /// Key of the run that starts from `packed`.
     pub(super) fn run_key(&self, packed: &Packed) -> String {
         let scene = &self.loaded.scene;
-        let made_of: Vec<_> = scene.grains.iter().map(|family| &family.material).collect();
+        let made_of: Vec<_> =
+            scene.grains.iter().map(|family| (&family.material, &family.body)).collect();
         let rest = json!([
             made_of,
             scene.materials,

@@ -49,6 +49,11 @@ pub const SCENES: &[Shipped] = &[
         summary: "discs in two dimensions fall into a box",
         text: include_str!("../../templates/scenes/discs-2d.toml"),
     },
+    Shipped {
+        name: "cluster-impact",
+        summary: "a grain of seven bonded spheres hits a floor and breaks",
+        text: include_str!("../../templates/scenes/cluster-impact.toml"),
+    },
 ];
 
 /// The shipped scene called `name`.

@@ -144,7 +144,7 @@ O.engines = [
     ForceResetter(),
     InsertionSortCollider([Bo1_Sphere_Aabb(){% if planes %}, Bo1_Wall_Aabb(){% endif %}{% if surfaces %}, Bo1_Facet_Aabb(){% endif %}], verletDist={{ verlet }}),
     InteractionLoop(
-        [Ig2_Sphere_Sphere_ScGeom(){% if planes %}, Ig2_Wall_Sphere_ScGeom(){% endif %}{% if surfaces %}, Ig2_Facet_Sphere_ScGeom(){% endif %}],
+        [{% if needs.bonds %}Ig2_Sphere_Sphere_ScGeom6D(avoidGranularRatcheting=False){% else %}Ig2_Sphere_Sphere_ScGeom(){% endif %}{% if planes %}, Ig2_Wall_Sphere_ScGeom(){% endif %}{% if surfaces %}, Ig2_Facet_Sphere_ScGeom(){% endif %}],
 {%- if many_frictions %}
         # One angle for every pair: (material, material, angle).
         [Ip2_ViscElMat_ViscElMat_ViscElPhys(frictAngle=MatchMaker(matches=(
@@ -155,13 +155,45 @@ O.engines = [
 {%- else %}
         [Ip2_ViscElMat_ViscElMat_ViscElPhys()],
 {%- endif %}
-        [Law2_ScGeom_ViscElPhys_Basic()],
+        [Law2_ScGeom_ViscElPhys_Basic(){% if needs.bonds %}, Law2_ScGeom6D_CohFrictPhys_CohesionMoment(){% endif %}],
     ),
+{%- if needs.bonds %}
+    PyRunner(command='note_breaks()', iterPeriod={{ bonds_every }}, initRun=True),
+{%- endif %}
 {%- if needs.zeroing %}
     PyRunner(command='stop_bodies()', iterPeriod={{ zero_every }}, firstIterRun={{ zero_every }}),
 {%- endif %}
     NewtonIntegrator(damping={{ damping }}{% if needs.gravity %}, gravity=({{ gravity[0] }}, {{ gravity[1] }}, {{ gravity[2] }}){% endif %}),
 ]
+
+{%- if needs.bonds %}
+
+# Bonds: without force where the spheres are now, friction only when they have broken.
+bonds = []
+for r in table('bonds.csv'):
+    a, b = int(r[0]), int(r[1])
+    i = createInteraction(ids[a], ids[b])
+    i.phys = CohFrictPhys(kn=r[2], ks=r[3], normalAdhesion=r[4], shearAdhesion=r[5], tangensOfFrictionAngle=r[6],
+                          unp=i.geom.penetrationDepth, fragile=True, cohesionBroken=False, cohesionDisablesFriction=True)
+    bonds.append((len(bonds), a, b))
+breaks = open('breaks.txt', 'w')
+breaks.write('step,bond,first,second,mode\n')
+
+
+def note_breaks():
+    """Step, bond and both spheres of every bond that broke{% if bonds_every > 1 %} in the last {{ bonds_every }} steps{% endif %}."""
+    for bond in list(bonds):
+        k, a, b = bond
+        here = O.interactions.has(ids[a], ids[b], True)
+        phys = O.interactions[ids[a], ids[b]].phys if here else None
+        if isinstance(phys, CohFrictPhys) and not phys.cohesionBroken:
+            continue
+        # Pulled apart, the interaction goes at once; sheared off, friction stays.
+        mode = 'shear' if isinstance(phys, CohFrictPhys) else 'tension'
+        breaks.write('%d,%d,%d,%d,%s\n' % (O.iter, k, a, b, mode))
+        bonds.remove(bond)
+    breaks.flush()
+{%- endif %}
 
 frames = open('frames.txt', 'w')
 {%- if needs.zeroing %}

@@ -1,6 +1,6 @@
 //! What YADE 2023.02a cannot express or does in its own way.
 
-use super::values;
+use super::{bonds, values};
 use crate::model::{Arm, Coulomb, History, Model, Scheme, WallShape};
 use crate::solver::{Limit, finite};
 
@@ -30,9 +30,7 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
         limits
             .push(Limit::refused("velocities set to zero every so many steps, with rigid clumps"));
     }
-    if needs.bonds {
-        limits.push(Limit::refused("bonds: decks for YADE do not have them yet"));
-    }
+    limits.extend(bonds::limits(model));
     if plan.law.tension && needs.normal_damping {
         limits.push(Limit::differs("the normal force never pulls: it is cut at 0 (ViscEl law)"));
     }
