@@ -8,6 +8,7 @@ mod cluster;
 mod fidelity;
 pub mod file;
 mod ladder;
+mod lattice;
 mod nodes;
 mod normals;
 mod pieces;
@@ -16,6 +17,7 @@ mod reproduce;
 pub use cluster::{Cluster, Members, Pattern};
 pub use fidelity::{POINTS, measure};
 pub use ladder::reproduce_to_error;
+pub use lattice::{Lattice, Stacking};
 pub use nodes::{Nodes, Place};
 pub use normals::{Normals, Order};
 pub use reproduce::{MassSource, Method, reproduce};
@@ -28,7 +30,7 @@ use std::f64::consts::PI;
 use std::path::PathBuf;
 
 /// Every way of making clumps, for `riprap list clumps`.
-pub const METHODS: &[MethodEntry] = &[nodes::ENTRY, normals::ENTRY, cluster::ENTRY];
+pub const METHODS: &[MethodEntry] = &[nodes::ENTRY, normals::ENTRY, cluster::ENTRY, lattice::ENTRY];
 
 /// Spheres that stand for one solid and move as one body, in the body frame:
 /// centre of mass at the origin, principal axes of inertia along x, y, z.

@@ -1,7 +1,7 @@
 //! From a solid to a clump: the method finds spheres, the rest is the same for all.
 
 use super::fidelity::{POINTS, compare};
-use super::{Clump, ClumpError, Nodes, Normals};
+use super::{Clump, ClumpError, Lattice, Nodes, Normals};
 use crate::geometry::{Ball, SignedDistance, united};
 use crate::num::random::stream;
 use crate::num::{Fault, Job};
@@ -17,6 +17,8 @@ pub enum Method {
     Nodes(Nodes),
     /// Spheres grown along inward normals (R5).
     Normals(Normals),
+    /// Touching equal spheres on a lattice (D4).
+    Lattice(Lattice),
 }
 
 /// What the mass, centre and inertia of a clump are taken from.
@@ -84,6 +86,7 @@ impl Method {
         match self {
             Self::Nodes(nodes) => nodes.validate().map_err(|f| f.under("nodes")),
             Self::Normals(normals) => normals.validate().map_err(|f| f.under("normals")),
+            Self::Lattice(lattice) => lattice.validate().map_err(|f| f.under("lattice")),
         }
     }
 }
@@ -112,6 +115,7 @@ pub fn reproduce(
     let found = match method {
         Method::Nodes(nodes) => nodes.find(&target, job)?,
         Method::Normals(normals) => normals.find(&target, &mut source, job)?,
+        Method::Lattice(lattice) => lattice.find(&target, job)?,
     };
     let properties = match mass {
         MassSource::Solid => solid.mass,

@@ -2,6 +2,7 @@
 
 use super::Scene;
 use super::parameters::{BondLaw, BondParameters, Hold};
+use crate::clump::{Lattice, Method};
 use crate::model::{Body, Bond, ContactTable, Dimension, Section, Sphere, Strength};
 use crate::num::Vec3;
 use crate::pack::Placement;
@@ -62,14 +63,20 @@ pub fn bonds(
     for grain in copies.windows(2) {
         let (first, end) = (grain[0], grain[1]);
         let family = bodies[spheres[first as usize].body as usize].family;
-        let Hold::Bonded(parameters) = &scene.grains[family as usize].body else { continue };
-        let maker = Maker { parameters, dimension, bodies, spheres, contacts };
+        let family = &scene.grains[family as usize];
+        let Hold::Bonded(parameters) = &family.body else { continue };
+        let lattice = match &family.clump {
+            Some(Method::Lattice(lattice)) => *lattice,
+            _ => Lattice::default(),
+        };
+        let maker = Maker { lattice, parameters, dimension, bodies, spheres, contacts };
         maker.join(first, end, &mut bonds);
     }
     bonds
 }
 
 struct Maker<'a> {
+    lattice: Lattice,
     parameters: &'a BondParameters,
     dimension: Dimension,
     bodies: &'a [Body],
@@ -120,6 +127,22 @@ impl Maker<'_> {
                 let kn = law.kn.map_or(contact.kn, |kn| kn.0);
                 let kt = law.kt.map_or(contact.kt, |kt| kt.0);
                 Bond::contact(pair, kn, kt, strength)
+            }
+            BondLaw::Solid(law) => {
+                let area = std::f64::consts::PI * smaller * smaller;
+                let strength = match (law.tension, law.shear) {
+                    (None, None) => Strength::Unbreakable,
+                    (tension, shear) => Strength::Forces {
+                        tension: tension.map_or(NEVER, |stress| stress.0 * area),
+                        shear: shear.map_or(NEVER, |stress| stress.0 * area),
+                    },
+                };
+                // Reachable: the family was validated with these moduli.
+                let [kn, ks] = self
+                    .lattice
+                    .stiffness(distance, law.young.0, law.poisson)
+                    .unwrap_or([law.young.0 * distance, 0.0]);
+                Bond::contact(pair, kn, ks, strength)
             }
             BondLaw::Beam(law) => {
                 let radius = law.radius * smaller;

@@ -201,7 +201,11 @@ fn prefixed(value: &mut toml::Value, prefix: &Path) {
 
 /// The way from folder `from` to folder `to`, which need not exist; absolute if there is no relative one.
 fn way(from: &Path, to: &Path) -> PathBuf {
-    let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let absolute = |path: &Path| {
+        // `absolute` takes no empty path.
+        let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
+        std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
+    };
     let (from, to) = (absolute(from), absolute(to));
     let shared = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
     let steps_up = from.components().skip(shared);

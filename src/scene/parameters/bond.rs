@@ -44,6 +44,8 @@ pub enum BondLaw {
     Contact(ContactBond),
     /// Beam (parallel bond): resists bending and twisting too, strengths as stresses.
     Beam(BeamBond),
+    /// Contact bonds whose stiffness gives a `clump.lattice` the moduli asked for (D4).
+    Solid(SolidBond),
 }
 
 /// Springs along and across the line of centres.
@@ -80,6 +82,22 @@ pub struct BeamBond {
     pub shear: Option<Pressure>,
 }
 
+/// Moduli of a block made of elements on a lattice, for stress along an axis of the lattice.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SolidBond {
+    /// Young's modulus of the block.
+    pub young: Pressure,
+    /// Poisson's ratio of the block: 0 to 1/3 on a `staggered` lattice, 0 on a `cubic` one.
+    pub poisson: f64,
+    /// Tensile strength: a bond breaks at this stress on the section of a sphere. Left out: never.
+    #[serde(default)]
+    pub tension: Option<Pressure>,
+    /// Shear strength, likewise.
+    #[serde(default)]
+    pub shear: Option<Pressure>,
+}
+
 fn quarter() -> f64 {
     0.25
 }
@@ -97,6 +115,7 @@ impl BondParameters {
         let law = match &self.law {
             BondLaw::Contact(bond) => bond.validate().map_err(|fault| fault.under("contact")),
             BondLaw::Beam(bond) => bond.validate().map_err(|fault| fault.under("beam")),
+            BondLaw::Solid(bond) => bond.validate().map_err(|fault| fault.under("solid")),
         };
         law.map_err(|fault| fault.under("law"))
     }
@@ -117,6 +136,14 @@ impl ContactBond {
         not_negative("kt", self.kt.map(|kt| kt.0))?;
         not_negative("tension", self.tension.map(|force| force.0))?;
         not_negative("shear", self.shear.map(|force| force.0))
+    }
+}
+
+impl SolidBond {
+    fn validate(&self) -> Result<(), Fault> {
+        Fault::positive("young", self.young.0)?;
+        not_negative("tension", self.tension.map(|stress| stress.0))?;
+        not_negative("shear", self.shear.map(|stress| stress.0))
     }
 }
 

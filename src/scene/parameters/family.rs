@@ -1,6 +1,6 @@
 //! Grains of one kind, and their sizes.
 
-use super::bond::Hold;
+use super::bond::{BondLaw, Hold};
 use super::validate_name;
 use crate::clump;
 use crate::num::Fault;
@@ -148,6 +148,15 @@ impl Family {
         }
         if let Hold::Bonded(bonds) = &self.body {
             bonds.validate().map_err(|fault| fault.under("bonded").under("body"))?;
+            if let BondLaw::Solid(solid) = &bonds.law {
+                let Some(clump::Method::Lattice(lattice)) = &self.clump else {
+                    let allowed = "a `clump.lattice`, for whose geometry the moduli are";
+                    return Err(Fault::new("body.bonded.law", "is `solid`", allowed));
+                };
+                lattice.stiffness(1.0, solid.young.0, solid.poisson).map_err(|fault| {
+                    fault.under("solid").under("law").under("bonded").under("body")
+                })?;
+            }
             if sphere && self.cluster.is_none() {
                 let allowed = "`rigid`, a `cluster`, or a shape with a `clump`";
                 return Err(Fault::new("body", "bonds the one sphere of a grain", allowed));

@@ -9,7 +9,7 @@ mod output;
 mod plan;
 mod walls;
 
-pub use bond::{BeamBond, BondLaw, BondParameters, ContactBond, Hold};
+pub use bond::{BeamBond, BondLaw, BondParameters, ContactBond, Hold, SolidBond};
 pub use contact::{ContactParameters, MaterialParameters, PairParameters};
 pub use family::{Family, Size, UniformSize};
 pub use law::{LawParameters, VariantParameters};
