@@ -6,7 +6,7 @@
 //! the law of its two materials, which takes over the shear force as far as friction holds
 //! it; an overlap at time 0 stays without force there too, so that bonded overlapping spheres
 //! do not fly apart. When the spheres have come apart the pair goes back to the lists and is
-//! like any other.
+//! like any other. Its lever arms are R − δ/2 until then, whatever the law says.
 //!
 //! Strengths are compared with the elastic forces of the pass, without dashpots. The energy
 //! that a break sets free is what the bond held less what the contact takes over, with the
@@ -17,12 +17,15 @@
 //! reordering of the lists does not touch them. O(bonds); cannot fail.
 
 use super::bond_law::{self, Action, Pose};
-use super::law::{self, Approach, Book, Rule, Tally};
+use super::law::{self, Approach, Book, Rule, Tally, Variant, for_kind};
 use super::setting::Setting;
 use super::state::{State, is_alone};
 use crate::model::{Bond, Break, Scheme, Section, Touch};
 use crate::num::{Rotation, Vec3};
 use serde::{Deserialize, Serialize};
+
+/// Springs that turn with the contact as YADE's do.
+type TurnedSpring = Variant<true, false, 1, 2>;
 
 /// What does not change of the bonds during a run.
 #[derive(Debug, Default)]
@@ -170,6 +173,7 @@ impl Bonds {
         let mut kept = setting.kept;
         // YADE's shear springs live in the book even where contacts are without friction.
         kept.friction |= setting.scheme == Scheme::Yade;
+        kept.normals |= setting.scheme == Scheme::Yade;
         kept.pulls = false;
         let mut book = Book::open(count, kept);
         for (normal, joint) in book.normal.iter_mut().zip(&setting.bonds.joints) {
@@ -341,10 +345,11 @@ fn intact(setting: &Setting<'_>, state: &mut State, bonds: &mut Bonds, index: us
     let pose = pair.pose(&bonds.turns);
     let mut action = if setting.scheme == Scheme::Yade {
         let approach = pair.approach();
-        let carried = law::carry(rule, &approach, &mut bonds.book.view(), index);
+        let carried = law::carry::<TurnedSpring>(rule, &approach, &bonds.book.record(index));
         let across = pair.velocity - pair.normal * pair.velocity.dot(&pair.normal);
         let slip = carried + across * rule.advance;
         bonds.book.spring[index] = slip;
+        bonds.book.normal[index] = pair.normal;
         bond_law::as_yade(bond, &pose, slip, pair.reach)
     } else {
         bond_law::elastic(bond, &pose)
@@ -398,7 +403,8 @@ fn snap(
     bonds.status[k] = Status::Broken;
     let law = contact_law(setting, state, pair);
     if let Some(spring) = bonds.book.spring.get_mut(k) {
-        let part = if law.kt > 0.0 { pair.joint.bond.shear / law.kt } else { 0.0 };
+        let held = law.kt > 0.0 && setting.kept.friction;
+        let part = if held { pair.joint.bond.shear / law.kt } else { 0.0 };
         *spring = action.slip * part;
     }
     if let Some(normal) = bonds.book.normal.get_mut(k) {
@@ -450,23 +456,12 @@ fn contact(
     }
     let law = contact_law(setting, state, pair);
     let mut view = bonds.book.view();
-    let book = &mut view;
-    let (friction, damping) = (setting.kept.friction, setting.kept.damping);
+    let reply = for_kind!(setting.kept, setting.law, K => law::advance::<K>(
+        rule, law, &approach, touches, (&mut view, k), tally,
+    ));
     if !touches {
-        match (friction, damping) {
-            (false, false) => law::release::<false, false>(rule, law, &approach, book, k, tally),
-            (false, true) => law::release::<false, true>(rule, law, &approach, book, k, tally),
-            (true, false) => law::release::<true, false>(rule, law, &approach, book, k, tally),
-            (true, true) => law::release::<true, true>(rule, law, &approach, book, k, tally),
-        }
         return None;
     }
-    let reply = match (friction, damping) {
-        (false, false) => law::respond::<false, false>(rule, law, &approach, book, k, tally),
-        (false, true) => law::respond::<false, true>(rule, law, &approach, book, k, tally),
-        (true, false) => law::respond::<true, false>(rule, law, &approach, book, k, tally),
-        (true, true) => law::respond::<true, true>(rule, law, &approach, book, k, tally),
-    };
     let couple = pair.normal.cross(&reply.tangent);
     let torques = pair.reach.map(|arm| -couple * arm);
     Some((pair.normal * reply.normal + reply.tangent, torques))

@@ -37,17 +37,25 @@ pub fn simulate(
     };
     let (from, loop_begun) = (state.step, Instant::now());
     let mut outcome = None;
+    // Whether the second half kick of the last step is still to be done: where nothing looks
+    // at velocities in between, it is done together with the first of the next step.
+    let mut owed = false;
     while stopped.is_none() && state.step < model.plan.steps {
         if job.is_cancelled() {
+            if owed {
+                motion::finish(&setting, &mut state);
+            }
             if guard::finite(&state) {
                 observer.checkpoint(&checkpoint::write(model, &state)?);
             }
             outcome = Some(Outcome::Cancelled { step: state.step });
             break;
         }
-        stopped = one_step(&setting, &mut state, &mut work);
+        (stopped, owed) = one_step(&setting, &mut state, &mut work, owed);
         zeroing::apply(&setting, &mut state);
-        record(&setting, &mut state, observer, stopped.is_some())?;
+        if stopped.is_some() || is_due(&setting, state.step) {
+            record(&setting, &mut state, observer, stopped.is_some())?;
+        }
         if state.step.is_multiple_of(REPORT_EVERY) {
             job.report("steps", state.step, model.plan.steps);
         }
@@ -100,20 +108,40 @@ fn start(
     (state, stopped)
 }
 
-/// From one force pass to just after the next.
-fn one_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace) -> Option<String> {
+/// From one force pass to just after the next. `owed` in and out: whether the second half
+/// kick is still to be done. Also why the run must stop.
+fn one_step(
+    setting: &Setting<'_>,
+    state: &mut State,
+    work: &mut Workspace,
+    owed: bool,
+) -> (Option<String>, bool) {
     if setting.scheme == Scheme::PathAveraged {
-        return averaged_step(setting, state, work);
+        return (averaged_step(setting, state, work), false);
     }
     state.ledger.add_half();
     let mut stopped = None;
-    if motion::advance(setting, state) | state.bonds.take_changed() {
+    if motion::advance(setting, state, owed) | state.bonds.take_changed() {
         neighbours::rebuild(setting, state);
         stopped = guard::check(setting, state);
     }
     force_pass(setting, state, work, false);
-    motion::finish(setting, state);
-    stopped
+    let owed = stopped.is_none() && !is_due(setting, state.step);
+    if !owed {
+        motion::finish(setting, state);
+    }
+    (stopped, owed)
+}
+
+/// Whether something is written after step `step`.
+fn is_due(setting: &Setting<'_>, step: u64) -> bool {
+    let plan = &setting.model.plan;
+    let every = |steps: u64| step.is_multiple_of(steps.max(1));
+    step == plan.steps
+        || zeroing::due(plan, step)
+        || every(plan.frame_every)
+        || every(plan.series_every)
+        || (plan.checkpoint_every > 0 && every(plan.checkpoint_every))
 }
 
 /// Half a step, force pass, half a step.

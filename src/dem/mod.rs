@@ -30,12 +30,14 @@
 //! ours turns the normal round, as LIGGGHTS does.
 
 mod averaged;
+mod averaged_loops;
 mod averaged_motion;
 mod averaged_pass;
 mod bond;
 mod bond_law;
 mod bond_limit;
 mod checkpoint;
+mod contacts;
 mod drive;
 mod forces;
 mod guard;
@@ -48,6 +50,7 @@ mod setting;
 mod state;
 mod surface;
 mod turn;
+mod walls;
 mod zeroing;
 
 #[cfg(test)]

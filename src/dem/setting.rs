@@ -34,6 +34,8 @@ pub struct Setting<'a> {
     pub planes: Vec<u16>,
     /// Bonds between bodies.
     pub bonds: bond::Table,
+    /// Parameters between spheres and their radius, if all are alike.
+    pub alike: Option<(Contact, f64)>,
     table: Vec<Contact>,
     materials: usize,
 }
@@ -89,6 +91,7 @@ impl<'a> Setting<'a> {
             surfaces: Surfaces::new(model),
             planes,
             bonds: bond::Table::default(),
+            alike: alike(model),
             table,
             materials,
         };
@@ -166,6 +169,14 @@ impl<'a> Setting<'a> {
         };
         self.model.walls.iter().map(|wall| travel(&wall.motion)).fold(0.0, f64::max)
     }
+}
+
+/// Parameters between spheres and their radius, if all spheres are of one material and size.
+fn alike(model: &Model) -> Option<(Contact, f64)> {
+    let (material, radius) = (model.bodies.first()?.material, model.spheres.first()?.radius);
+    let same = model.bodies.iter().all(|body| body.material == material)
+        && model.spheres.iter().all(|sphere| sphere.radius == radius);
+    same.then(|| (*model.contacts.between(material, material), radius))
 }
 
 /// Angular velocity of a wall, rad/s.

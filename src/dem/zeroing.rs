@@ -8,15 +8,17 @@
 use super::ledger;
 use super::setting::Setting;
 use super::state::State;
+use crate::model::Plan;
 use crate::num::Vec3;
+
+/// Whether velocities become zero after step `step`.
+pub fn due(plan: &Plan, step: u64) -> bool {
+    plan.zero_every > 0 && step <= plan.zero_until && step.is_multiple_of(plan.zero_every)
+}
 
 /// Sets velocities to zero if the present step is due for it.
 pub fn apply(setting: &Setting<'_>, state: &mut State) {
-    let plan = &setting.model.plan;
-    let due = plan.zero_every > 0
-        && state.step <= plan.zero_until
-        && state.step.is_multiple_of(plan.zero_every);
-    if !due {
+    if !due(&setting.model.plan, state.step) {
         return;
     }
     let before = ledger::kinetic(setting, state);

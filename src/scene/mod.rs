@@ -6,6 +6,7 @@ mod bonding;
 pub mod build;
 pub mod comparing;
 pub mod file;
+pub mod grading;
 pub mod grains;
 pub mod materials;
 pub mod measuring;

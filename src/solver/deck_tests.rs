@@ -406,7 +406,7 @@ fn contact_bonds_go_to_yade_and_nothing_else_does() {
     let files = written(yade, &model, &DeckOptions::default());
     let of = |name: &str| &files.iter().find(|(n, _)| n == name).expect("written").1;
     assert!(of("bonds.csv").contains("\n0,1,10000.0,5000.0,2.0,0.5,"), "{}", of("bonds.csv"));
-    for words in ["i.phys = CohFrictPhys(", "Law2_ScGeom6D_CohFrictPhys", "note_breaks()"] {
+    for words in ["CohFrictMat(", "Law2_ScGeom6D_CohFrictPhys", "note_breaks()"] {
         assert!(of("run.py").contains(words), "{words}");
     }
     for change in [

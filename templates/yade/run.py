@@ -151,9 +151,9 @@ O.engines = [
 {%- for p in frictions %}
             (materials[{{ p[0] }}], materials[{{ p[1] }}], math.atan({{ p[2] }})),
 {%- endfor %}
-        )))],
+        ))){% if needs.bonds %}, Ip2_CohFrictMat_CohFrictMat_CohFrictPhys(){% endif %}],
 {%- else %}
-        [Ip2_ViscElMat_ViscElMat_ViscElPhys()],
+        [Ip2_ViscElMat_ViscElMat_ViscElPhys(){% if needs.bonds %}, Ip2_CohFrictMat_CohFrictMat_CohFrictPhys(){% endif %}],
 {%- endif %}
         [Law2_ScGeom_ViscElPhys_Basic(){% if needs.bonds %}, Law2_ScGeom6D_CohFrictPhys_CohesionMoment(){% endif %}],
     ),
@@ -170,11 +170,22 @@ O.engines = [
 
 # Bonds: without force where the spheres are now, friction only when they have broken.
 bonds = []
+glue = CohFrictMat(young=1, poisson=1, frictionAngle=0.1, isCohesive=False)
 for r in table('bonds.csv'):
     a, b = int(r[0]), int(r[1])
+    # The law of the pair comes from its materials, which are YADE's cohesive one meanwhile. (An
+    # object made in Python would take YADE down when the bond breaks.)
+    pair = [O.bodies[ids[a]], O.bodies[ids[b]]]
+    own = [body.mat for body in pair]
+    for body in pair:
+        body.mat = glue
     i = createInteraction(ids[a], ids[b])
-    i.phys = CohFrictPhys(kn=r[2], ks=r[3], normalAdhesion=r[4], shearAdhesion=r[5], tangensOfFrictionAngle=r[6],
-                          unp=i.geom.penetrationDepth, fragile=True, cohesionBroken=False, cohesionDisablesFriction=True)
+    for body, mat in zip(pair, own):
+        body.mat = mat
+    p = i.phys
+    p.kn, p.ks, p.normalAdhesion, p.shearAdhesion, p.tangensOfFrictionAngle = r[2:7]
+    p.unp = i.geom.penetrationDepth
+    p.fragile, p.cohesionBroken, p.cohesionDisablesFriction = True, False, True
     bonds.append((len(bonds), a, b))
 breaks = open('breaks.txt', 'w')
 breaks.write('step,bond,first,second,mode\n')

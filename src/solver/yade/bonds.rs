@@ -1,4 +1,4 @@
-//! Bonds in YADE: `CohFrictPhys` set interaction by interaction, under
+//! Bonds in YADE: `CohFrictPhys` made interaction by interaction, under
 //! `Law2_ScGeom6D_CohFrictPhys_CohesionMoment`, beside the ViscEl law of all other contacts.
 //!
 //! Strengths are forces, the distance at the start is the one without force (`unp`), friction plays
