@@ -5,8 +5,8 @@ use super::law::Rule;
 use super::setting::Setting;
 use super::state::{Load, State};
 use super::{
-    DemError, Observer, Summary, averaged_motion, bond, checkpoint, guard, ledger, limit, motion,
-    neighbours, zeroing,
+    DemError, Observer, Summary, averaged_motion, bond, checkpoint, extra, guard, ledger, limit,
+    motion, neighbours, zeroing,
 };
 use crate::model::{Cost, Model, Outcome, Scheme};
 use crate::num::{Job, Vec3, clock};
@@ -98,9 +98,9 @@ fn start(
     force_pass(setting, &mut state, work, true);
     let ledger = (
         ledger::kinetic(setting, &state) + ledger::stored(setting, &state),
-        ledger::height(setting, &state),
+        ledger::potential(setting, &state),
     );
-    (state.ledger.start, state.ledger.start_height) = ledger;
+    (state.ledger.start, state.ledger.start_potential) = ledger;
     if guard::finite(&state) {
         observer.frame(&state.frame(setting));
         observer.row(&ledger::row(setting, &state));
@@ -173,6 +173,8 @@ pub(super) fn force_pass(
     };
     let mut tally = evaluate(setting, state, work, &rule);
     tally += bond::pass(setting, state, &rule, first);
+    tally += extra::pass(setting, state, &rule);
+    tally.drag_power = extra::drag(setting, state, first);
     if setting.planar {
         for Load { force, torque } in &mut state.loads {
             force.z = 0.0;
@@ -180,6 +182,9 @@ pub(super) fn force_pass(
         }
     }
     state.gather_solids(setting);
+    if let Some(law) = &setting.model.mutual {
+        work.far.add(setting, state, law);
+    }
     let damping = motion::damp(setting, state, first);
     state.ledger.add(tally, damping, setting.step, first);
 }

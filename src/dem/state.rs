@@ -1,6 +1,7 @@
 //! What changes during a run: bodies, spheres in memory order, candidate lists.
 
 use super::bond::Bonds;
+use super::extra::Links;
 use super::law::Book;
 use super::ledger::Ledger;
 use super::setting::Setting;
@@ -112,6 +113,8 @@ pub struct State {
     pub sweep: f64,
     /// What changes of the bonds.
     pub bonds: Bonds,
+    /// Pairs with forces besides the linear contact.
+    pub links: Links,
     /// Energy book-keeping.
     pub ledger: Ledger,
 }
@@ -138,6 +141,7 @@ impl State {
             rebuilds: 0,
             sweep: 0.0,
             bonds: Bonds::new(setting),
+            links: Links::default(),
             ledger: Ledger::default(),
         };
         // YADE stores velocities half a step early.

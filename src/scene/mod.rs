@@ -5,6 +5,7 @@
 mod bonding;
 pub mod build;
 pub mod comparing;
+pub mod drawing;
 pub mod file;
 pub mod grading;
 pub mod grains;

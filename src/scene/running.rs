@@ -278,7 +278,7 @@ fn write_series(
 ) -> std::io::Result<()> {
     write!(
         out,
-        "t,step,kinetic,elastic,gravitational,normal_dashpot,tangential_dashpot,slip,local_damping,wall_work,\
+        "t,step,kinetic,elastic,gravitational,normal_dashpot,tangential_dashpot,slip,local_damping,attraction,rolling,wetting,drag,wall_work,\
          energy_error,contacts,coordination,worst_overlap,momentum"
     )?;
     if bonds {
@@ -288,7 +288,7 @@ fn write_series(
     for r in rows {
         write!(
             out,
-            "{:e},{},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{},{:e},{:e},{:e}",
+            "{:e},{},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{},{:e},{:e},{:e}",
             r.time,
             r.step,
             r.kinetic,
@@ -298,6 +298,10 @@ fn write_series(
             r.tangential_dashpot,
             r.slip,
             r.local_damping,
+            r.attraction,
+            r.rolling,
+            r.wetting,
+            r.drag,
             r.wall_work,
             r.energy_error,
             r.contacts,

@@ -61,6 +61,11 @@ pub const SCENES: &[Shipped] = &[
         summary: "a grain of seven bonded spheres hits a floor and breaks",
         text: include_str!("../../templates/scenes/cluster-impact.toml"),
     },
+    Shipped {
+        name: "star-cluster",
+        summary: "600 bodies attract each other from afar (tree code), fall together and collide",
+        text: include_str!("../../templates/scenes/star-cluster.toml"),
+    },
 ];
 
 /// The shipped scene called `name`.
