@@ -107,13 +107,16 @@ pub fn gravity(scene: &Scene) -> Vec3 {
     }
 }
 
+/// Bodies, their spheres, and where the spheres of each placement begin.
+type Laid = (Vec<Body>, Vec<Sphere>, Vec<u32>);
+
 fn bodies(
     scene: &Scene,
     dimension: Dimension,
     grains: &[Grain],
     copies: &[u32],
     placements: &[Placement],
-) -> Result<(Vec<Body>, Vec<Sphere>, Vec<u32>), Fault> {
+) -> Result<Laid, Fault> {
     let materials: Vec<u16> = scene
         .grains
         .iter()
