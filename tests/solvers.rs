@@ -35,6 +35,7 @@ fn model(dimension: Dimension, contact: Contact) -> Model {
             scheme: Scheme::Liggghts,
             law: Scheme::Liggghts.law(),
             insist: false,
+            guard: Default::default(),
         },
     }
 }

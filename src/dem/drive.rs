@@ -29,11 +29,19 @@ pub fn simulate(
     if !model.plan.insist && step > advice.limit {
         return Err(DemError::StepTooLarge { step, limit: advice.limit, reason: advice.reason });
     }
+    let deepest = advice.deepest.filter(|worst| worst.depth > model.plan.guard.overlap);
+    if let (Some(worst), true) = (deepest, model.plan.guard.overlap > 0.0 && resume.is_none()) {
+        return Err(DemError::Overlap {
+            worst: worst.to_string(),
+            limit: model.plan.guard.overlap,
+        });
+    }
     let setting = Setting::new(model);
+    let mut watch = guard::Watch::default();
     let mut work = Workspace::new(job.threads, model.spheres.len());
     let (mut state, mut stopped) = match resume {
         Some(bytes) => (checkpoint::read(model, bytes)?, None),
-        None => start(&setting, &mut work, observer),
+        None => start(&setting, &mut work, &mut watch, observer),
     };
     let (from, loop_begun) = (state.step, Instant::now());
     let mut outcome = None;
@@ -45,13 +53,17 @@ pub fn simulate(
             outcome = Some(Outcome::Cancelled { step: state.step });
             break;
         }
-        stopped = one_step(&setting, &mut state, &mut work);
+        one_step(&setting, &mut state, &mut work);
+        stopped = watch.after_step(&setting, &state);
         record(&setting, &mut state, observer, stopped.is_some())?;
         if state.step.is_multiple_of(REPORT_EVERY) {
             job.report("steps", state.step, model.plan.steps);
         }
     }
-    let stopped = stopped.or_else(|| guard::check(&setting, &state));
+    let stopped = stopped.or_else(|| watch.look(&setting, &state, true));
+    if stopped.is_some() {
+        keep_the_good(&setting, &state, &mut watch, observer)?;
+    }
     let loop_seconds = loop_begun.elapsed().as_secs_f64();
     let outcome = outcome.unwrap_or(match stopped {
         None => Outcome::Finished,
@@ -73,6 +85,7 @@ pub fn simulate(
         },
         advice,
         rebuilds: state.rebuilds,
+        notes: watch.notes,
     })
 }
 
@@ -80,11 +93,12 @@ pub fn simulate(
 fn start(
     setting: &Setting<'_>,
     work: &mut Workspace,
+    watch: &mut guard::Watch,
     observer: &mut dyn Observer,
 ) -> (State, Option<String>) {
     let mut state = State::new(setting);
     neighbours::rebuild(setting, &mut state);
-    let stopped = guard::check(setting, &state);
+    let stopped = watch.look(setting, &state, false);
     force_pass(setting, &mut state, work, true);
     let ledger = (
         ledger::kinetic(setting, &state) + ledger::sweep(setting, &state).elastic,
@@ -98,34 +112,45 @@ fn start(
     (state, stopped)
 }
 
+/// Hands over what can be looked at and gone on from after the guard has stopped a run: a
+/// checkpoint of the state, or where it holds numbers that are not finite, the last good frame.
+fn keep_the_good(
+    setting: &Setting<'_>,
+    state: &State,
+    watch: &mut guard::Watch,
+    observer: &mut dyn Observer,
+) -> Result<(), DemError> {
+    if guard::finite(state) {
+        observer.checkpoint(&checkpoint::write(setting.model, state)?);
+    } else if let Some(good) = watch.good.take().filter(|good| good.step > 0) {
+        observer.frame(&good);
+    }
+    Ok(())
+}
+
 /// From one force pass to just after the next.
-fn one_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace) -> Option<String> {
+fn one_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace) {
     if setting.scheme == Scheme::PathAveraged {
-        return averaged_step(setting, state, work);
+        averaged_step(setting, state, work);
+        return;
     }
     state.ledger.add_half();
-    let mut stopped = None;
     if motion::advance(setting, state) {
         neighbours::rebuild(setting, state);
-        stopped = guard::check(setting, state);
     }
     force_pass(setting, state, work, false);
     motion::finish(setting, state);
-    stopped
 }
 
 /// Half a step, force pass, half a step.
-fn averaged_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace) -> Option<String> {
-    let mut stopped = None;
+fn averaged_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace) {
     if averaged_motion::first_half(setting, state) {
         neighbours::rebuild(setting, state);
-        stopped = guard::check(setting, state);
     }
     force_pass(setting, state, work, false);
     averaged_motion::second_half(setting, state);
     // Powers act over the whole of this step.
     state.ledger.add_half();
-    stopped
 }
 
 /// Contact forces, local damping, and their energies.

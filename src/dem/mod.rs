@@ -41,6 +41,7 @@ mod ledger;
 pub mod limit;
 mod motion;
 mod neighbours;
+mod network;
 mod setting;
 mod state;
 mod surface;
@@ -50,6 +51,8 @@ mod turn;
 mod reference;
 #[cfg(test)]
 mod test_averaged;
+#[cfg(test)]
+mod test_network;
 #[cfg(test)]
 mod test_physics;
 #[cfg(test)]
@@ -86,6 +89,8 @@ pub struct Summary {
     pub advice: Advice,
     /// Times the candidate lists were built.
     pub rebuilds: u64,
+    /// What the guard found and did not act on because the plan insists, one sentence each.
+    pub notes: Vec<String>,
 }
 
 /// Why a run could not begin.
@@ -100,6 +105,16 @@ pub enum DemError {
         limit: f64,
         /// What governs.
         reason: String,
+    },
+    /// Bodies are deep in each other or in a wall at the start.
+    #[error(
+        "{worst} at the start (allowed: {limit}); place them apart, or raise plan.guard.overlap"
+    )]
+    Overlap {
+        /// Which and how deep.
+        worst: String,
+        /// What the guard allows.
+        limit: f64,
     },
     /// The checkpoint cannot be used.
     #[error("the checkpoint {0}")]
@@ -132,7 +147,7 @@ pub fn run(model: &Model, job: &Job) -> Result<Run, DemError> {
         touches: Some(summary.touches),
         series: kept.rows,
         cost: summary.cost,
-        notes: Vec::new(),
+        notes: summary.notes,
     })
 }
 

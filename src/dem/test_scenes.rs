@@ -38,6 +38,8 @@ pub fn empty(scheme: Scheme, contact: Contact) -> Model {
             scheme,
             law: scheme.law(),
             insist: false,
+            // Grains are thrown together as deep as it comes.
+            guard: Guard { overlap: 0.0, ..Guard::default() },
         },
     }
 }

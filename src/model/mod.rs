@@ -13,7 +13,7 @@ pub mod wall;
 pub use body::{Body, Material, Sphere};
 pub use contact::{Contact, ContactTable};
 pub use needs::Needs;
-pub use plan::{Arm, Coulomb, History, Law, Plan, Scheme, StepReason};
+pub use plan::{Arm, Coulomb, Guard, History, Law, Plan, Scheme, StepReason};
 pub use run::{Cost, Outcome, Run, SeriesRow, Touch};
 pub use state::{BodyState, Frame};
 pub use wall::{Motion, Wall, WallShape};

@@ -74,6 +74,7 @@ pub fn model(side: usize) -> Model {
             scheme: Scheme::Leapfrog,
             law: Scheme::Leapfrog.law(),
             insist: false,
+            guard: Default::default(),
         },
     };
     let wide = pitch * side as f64;

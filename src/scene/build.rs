@@ -71,6 +71,7 @@ pub fn build(
         scheme: scene.plan.scheme,
         law,
         insist: scene.plan.insist,
+        guard: scene.plan.guard,
     };
     let mut model = Model {
         title: scene.title.clone(),

@@ -1,6 +1,6 @@
 //! Step, duration, gravity, damping, scheme.
 
-use crate::model::Scheme;
+use crate::model::{Guard, Scheme};
 use crate::num::Fault;
 use crate::num::units::{Acceleration, Time};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -30,9 +30,13 @@ pub struct PlanParameters {
     /// True: the normal force may pull (the law to the letter). Default false: clipped at 0.
     #[serde(default)]
     pub tension: bool,
-    /// True: use the given step even if it is above the stability limit. Default false.
+    /// True: use the given step even if it is above the stability limit, and go on where the
+    /// guard would stop for the step's sake. Default false.
     #[serde(default)]
     pub insist: bool,
+    /// What ends the run early.
+    #[serde(default)]
+    pub guard: Guard,
 }
 
 fn leapfrog() -> Scheme {
@@ -116,6 +120,15 @@ impl PlanParameters {
         if !(0.0..1.0).contains(&self.local_damping) {
             let allowed = "0 up to but not including 1";
             return Err(Fault::new("local_damping", format!("is {}", self.local_damping), allowed));
+        }
+        let Guard { overlap, travel, gain, shaking } = self.guard;
+        let watches =
+            [("overlap", overlap), ("travel", travel), ("gain", gain), ("shaking", shaking)];
+        for (key, value) in watches {
+            if !(value.is_finite() && value >= 0.0) {
+                let allowed = "0 (off) or greater, in the unit of the default";
+                return Err(Fault::new(format!("guard.{key}"), format!("is {value}"), allowed));
+            }
         }
         Ok(())
     }

@@ -36,6 +36,7 @@ pub fn empty(dimension: Dimension, contact: Contact) -> Model {
             scheme: Scheme::Liggghts,
             law: Scheme::Liggghts.law(),
             insist: false,
+            guard: Default::default(),
         },
     }
 }
