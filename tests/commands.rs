@@ -5,5 +5,6 @@ mod commands {
     mod outside;
     mod scenes;
     mod stages;
+    mod studies;
     mod tools;
 }

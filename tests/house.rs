@@ -4,11 +4,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 const RULE: &str = "num <- geometry <- format <- shape <- clump <- pack <- model \
-    <- {dem, solver} <- report <- scene <- cli; each may use what stands left of it, \
+    <- {dem, solver} <- report <- scene <- study <- cli; each may use what stands left of it, \
     dem and solver not each other; one `use crate::ROOM` a room";
 
 /// Rooms with their place from the left; rooms of one place must not use each other.
-const ROOMS: [(&str, usize); 12] = [
+const ROOMS: [(&str, usize); 13] = [
     ("num", 0),
     ("geometry", 1),
     ("format", 2),
@@ -20,7 +20,8 @@ const ROOMS: [(&str, usize); 12] = [
     ("solver", 7),
     ("report", 8),
     ("scene", 9),
-    ("cli", 10),
+    ("study", 10),
+    ("cli", 11),
 ];
 
 fn place(room: &str) -> Option<usize> {

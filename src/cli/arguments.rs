@@ -67,6 +67,8 @@ pub enum Verb {
     Export(Export),
     /// Run a scene here and in the installed solvers, compare, write the report.
     Compare(Compare),
+    /// Study error against run time: tables, charts, CSV and a page.
+    Study(Study),
     /// Measure meshes, clumps, packings and states.
     Measure(Measure),
     /// Convert between all formats that riprap knows, by extension.
@@ -126,6 +128,8 @@ pub enum Kind {
     Solvers,
     /// File formats.
     Formats,
+    /// Studies of error against run time.
+    Studies,
 }
 
 /// A scene and where its results go.
@@ -208,6 +212,19 @@ pub struct Compare {
     /// Solvers to compare with, separated by commas (default: those installed).
     #[arg(long, value_name = "SOLVERS", value_delimiter = ',')]
     pub with: Vec<String>,
+}
+
+/// `riprap study`.
+#[derive(Debug, Args)]
+pub struct Study {
+    /// What to study: see `riprap list studies`.
+    pub what: String,
+    /// Folder for tables, charts and page (default: study-WHAT).
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// Fewer points: about a minute instead of some.
+    #[arg(long)]
+    pub quick: bool,
 }
 
 /// `riprap measure`.

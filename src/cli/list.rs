@@ -10,6 +10,7 @@ use crate::pack;
 use crate::scene::{Scene, shipped};
 use crate::shape;
 use crate::solver;
+use crate::study;
 use serde::Serialize;
 use serde_json::json;
 
@@ -39,6 +40,7 @@ pub fn list(arguments: &List, screen: &Screen) -> Result<(), Ending> {
         Kind::Contacts,
         Kind::Solvers,
         Kind::Formats,
+        Kind::Studies,
     ];
     let lines: Vec<Line> = match arguments.what {
         Some(kind) => lines(kind),
@@ -81,6 +83,17 @@ fn lines(kind: Kind) -> Vec<Line> {
                 }
             })
             .collect(),
+        Kind::Studies => study::STUDIES
+            .iter()
+            .map(|study| Line {
+                kind: "study",
+                key: study.key.to_owned(),
+                id: String::new(),
+                summary: study.summary.to_owned(),
+                source: String::new(),
+                example: "",
+            })
+            .collect(),
         Kind::Formats => format::FORMATS
             .iter()
             .map(|format| Line {
@@ -104,34 +117,9 @@ fn entries(kind: &'static str, methods: &[MethodEntry]) -> Vec<Line> {
             id: entry.id.to_owned(),
             summary: entry.summary.to_owned(),
             source: entry.source.to_owned(),
-            example: example(kind, entry),
+            example: entry.example,
         })
         .collect()
-}
-
-/// What to write in a scene file.
-fn example(kind: &str, entry: &MethodEntry) -> &'static str {
-    match (kind, entry.key, entry.id) {
-        ("shape", "sphere", _) => r#"shape = "sphere""#,
-        ("shape", "union", "G2") => r#"shape.union = { family = "sharp", solids = [2, 4] }"#,
-        ("shape", "union", _) => r#"shape.union = { solids = [2, 5] }"#,
-        ("shape", "files", _) => r#"shape.files = { folder = "grains" }"#,
-        ("clump", "nodes", _) => r#"clump.nodes = { across = 10 }"#,
-        ("clump", "normals", _) => r#"clump.normals = { spheres = 20 }"#,
-        ("packing", "random", _) => r#"packing.random = { tries = 2000 }"#,
-        ("packing", "array", _) => r#"packing.array = { pattern = "staggered", gap = "1 mm" }"#,
-        ("packing", "placed", _) => {
-            r#"packing.placed = { bodies = [{ family = "ball", position = [0.0, 0.0, "2 cm"] }] }"#
-        }
-        ("contact", "leapfrog", _) => r#"plan.scheme = "leapfrog""#,
-        ("contact", "path_averaged", _) => r#"plan.scheme = "path_averaged""#,
-        ("contact", "liggghts", _) => r#"plan.scheme = "liggghts""#,
-        ("contact", "yade", _) => r#"plan.scheme = "yade""#,
-        ("contact", "linear", _) => {
-            r#"contact = { kn = "10 kN/m", restitution = 0.5, friction = 0.5 }"#
-        }
-        _ => "",
-    }
 }
 
 fn table(lines: &[Line]) -> String {
@@ -143,7 +131,11 @@ fn table(lines: &[Line]) -> String {
             if !last.is_empty() {
                 text.push('\n');
             }
-            text.push_str(&format!("{}s\n", line.kind));
+            let plural = line
+                .kind
+                .strip_suffix('y')
+                .map_or(format!("{}s", line.kind), |stem| format!("{stem}ies"));
+            text.push_str(&format!("{plural}\n"));
             last = line.kind;
         }
         let id = if line.id.is_empty() { String::new() } else { format!("[{}] ", line.id) };

@@ -15,6 +15,7 @@ mod output;
 mod pack;
 mod reproduce;
 mod run;
+mod study;
 mod view;
 
 use arguments::{Arguments, Verb};
@@ -48,6 +49,7 @@ fn act(verb: Verb, screen: &Screen) -> Result<(), Ending> {
         Verb::Run(arguments) => run::run(&arguments, screen),
         Verb::Export(arguments) => export::export(&arguments, screen),
         Verb::Compare(arguments) => compare::compare(&arguments, screen),
+        Verb::Study(arguments) => study::study(&arguments, screen),
         Verb::Measure(arguments) => measure::measure(&arguments, screen),
         Verb::Convert(arguments) => convert::convert(&arguments, screen),
         Verb::View(arguments) => view::view(&arguments, screen),

@@ -27,6 +27,7 @@ pub const ENTRY: MethodEntry = MethodEntry {
     id: "R1",
     summary: "equal spheres at all inner nodes of a regular grid (clustering)",
     source: "Lu & McDowell 2007",
+    example: r#"clump.nodes = { across = 10 }"#,
 };
 
 /// Nodes of the bounding box that are looked at before the work is refused: a minute.

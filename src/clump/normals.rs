@@ -40,6 +40,7 @@ pub const ENTRY: MethodEntry = MethodEntry {
     id: "R5",
     summary: "spheres grown along inward normals from random surface points",
     source: "Ferellec & McDowell 2010",
+    example: r#"clump.normals = { spheres = 20 }"#,
 };
 
 /// Spheres grown along inward normals from random surface points (R5). Lengths

@@ -177,30 +177,35 @@ pub const METHODS: &[MethodEntry] = &[
         id: "integrator",
         summary: "kick-drift-kick; clumps turn by splitting into axis rotations, angular momentum kept exactly",
         source: "Swope et al. 1982; Dullweber, Leimkuhler & McLachlan 1997",
+        example: r#"plan.scheme = "leapfrog""#,
     },
     MethodEntry {
         key: "liggghts",
         id: "integrator",
         summary: "LIGGGHTS 3.8.0 nve/sphere and fix rigid, to round-off",
         source: "LIGGGHTS-PUBLIC 3.8.0",
+        example: r#"plan.scheme = "liggghts""#,
     },
     MethodEntry {
         key: "yade",
         id: "integrator",
         summary: "YADE 2023.02a NewtonIntegrator and ViscElPhys, to round-off",
         source: "YADE 2023.02a",
+        example: r#"plan.scheme = "yade""#,
     },
     MethodEntry {
         key: "path_averaged",
         id: "integrator",
         summary: "drift-kick-drift with forces averaged over the path of a step and implicit dashpots; second order where contacts begin and end",
         source: "own; drift: Swope et al. 1982; clumps: Dullweber, Leimkuhler & McLachlan 1997",
+        example: r#"plan.scheme = "path_averaged""#,
     },
     MethodEntry {
         key: "linear",
         id: "contact",
         summary: "linear spring, dashpot and Coulomb limit with tangential history",
         source: "Cundall & Strack 1979",
+        example: r#"contact = { kn = "10 kN/m", restitution = 0.5, friction = 0.5 }"#,
     },
 ];
 

@@ -13,4 +13,6 @@ pub struct MethodEntry {
     pub summary: &'static str,
     /// Authors and year.
     pub source: &'static str,
+    /// What to write in a scene file.
+    pub example: &'static str,
 }

@@ -59,18 +59,21 @@ pub const METHODS: &[MethodEntry] = &[
         id: "P3",
         summary: "grains one by one at random places and angles; kept where they overlap nothing, dropped after a number of tries",
         source: "random sequential addition: Widom 1966; Feder 1980",
+        example: r#"packing.random = { tries = 2000 }"#,
     },
     MethodEntry {
         key: "array",
         id: "P9",
         summary: "rows and layers, square or staggered; for contact forces that are known beforehand",
         source: "square, hexagonal, simple cubic and hexagonal close packing",
+        example: r#"packing.array = { pattern = "staggered", gap = "1 mm" }"#,
     },
     MethodEntry {
         key: "placed",
         id: "",
         summary: "bodies one by one at places, angles and speeds of your own",
         source: "",
+        example: r#"packing.placed = { bodies = [{ family = "ball", position = [0.0, 0.0, "2 cm"] }] }"#,
     },
 ];
 

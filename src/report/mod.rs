@@ -5,6 +5,7 @@
 //! * [`chart::Chart`] and [`chart::Bars`] draw themselves as SVG text.
 //! * [`picture::render`] draws spheres, discs and surfaces into a
 //!   [`picture::Picture`]; [`gallery`] knows how meshes, clumps and whole states look.
+//! * [`findings::Findings`] is what a study found, as CSV, SVG, JSON and a page.
 //! * [`page::page`] puts all of it into one self-contained page.
 
 pub mod base64;
@@ -13,6 +14,8 @@ pub mod chart;
 pub mod colour;
 pub mod compare;
 pub mod curves;
+mod figure;
+pub mod findings;
 #[cfg(test)]
 mod fixture;
 pub mod gallery;

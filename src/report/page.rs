@@ -17,7 +17,12 @@ use std::path::Path;
 use tera::{Context, Tera};
 
 const PAGE: &str = include_str!("../../templates/report/page.html");
-const PARTS: &str = include_str!("../../templates/report/parts.html");
+
+/// What all pages share, by the names under which templates use it.
+pub(super) const SHARED: [(&str, &str); 2] = [
+    ("style.css", include_str!("../../templates/report/style.css")),
+    ("parts.html", include_str!("../../templates/report/parts.html")),
+];
 
 /// What a page is made from; whatever is empty or `None` is left out.
 #[derive(Debug, Clone, Copy, Default)]
@@ -65,7 +70,8 @@ pub fn page(input: &PageInput) -> Result<String, ReportError> {
 /// The page with every picture `shrink` times smaller, for quick tests.
 fn page_with(input: &PageInput, shrink: usize) -> Result<String, ReportError> {
     let mut tera = Tera::default();
-    tera.add_raw_templates([("parts.html", PARTS), ("page.html", PAGE)])?;
+    tera.add_raw_templates(SHARED)?;
+    tera.add_raw_template("page.html", PAGE)?;
     let sections = Sections::of(input, shrink)?;
     Ok(tera.render("page.html", &Context::from_serialize(&sections)?)?)
 }

@@ -1,13 +1,12 @@
 //! The sections of the page: data in, finished texts and figures out.
 
-use super::chart::{Bars, Chart};
 use super::compare::{Comparison, Statistics, Trajectory, measure};
+use super::figure::Figure;
 use super::gallery::{self, Colouring};
 use super::number::{bytes, count, per_cent, significant, with_unit};
 use super::page::{PageInput, Table};
-use super::picture::Picture;
 use super::verdict::{Verdict, span, verdict};
-use super::{ReportError, base64, curves};
+use super::{ReportError, curves};
 use crate::model::{Dimension, Frame, Model, Motion, Outcome, Run, StepReason, WallShape};
 use crate::num::Vec3;
 use crate::num::statistics::quantile;
@@ -35,34 +34,6 @@ pub(super) struct Sections {
     cost: Option<Plain>,
     notes: Vec<Note>,
     commands: Vec<String>,
-}
-
-/// A chart or picture.
-#[derive(Serialize)]
-struct Figure {
-    title: String,
-    caption: String,
-    /// An `<svg>` element; empty for pictures.
-    svg: String,
-    /// A data URI; empty for charts.
-    png: String,
-}
-
-impl Figure {
-    fn chart(chart: &Chart) -> Option<Self> {
-        let (title, caption) = (chart.title.clone(), chart.caption.clone());
-        Some(Self { title, caption, svg: chart.svg()?, png: String::new() })
-    }
-
-    fn bars(bars: &Bars) -> Option<Self> {
-        let (title, caption) = (bars.title.clone(), bars.caption.clone());
-        Some(Self { title, caption, svg: bars.svg()?, png: String::new() })
-    }
-
-    fn picture(picture: &Picture, title: &str, caption: &str) -> Result<Self, ReportError> {
-        let png = format!("data:image/png;base64,{}", base64::encode(&picture.png()?));
-        Ok(Self { title: title.into(), caption: caption.into(), svg: String::new(), png })
-    }
 }
 
 /// Facts, figures, a table: what most sections are.

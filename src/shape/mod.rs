@@ -47,24 +47,33 @@ pub enum Shape {
 
 /// The methods of this room.
 pub const METHODS: &[MethodEntry] = &[
-    MethodEntry { key: "sphere", id: "", summary: "a sphere", source: "" },
+    MethodEntry {
+        key: "sphere",
+        id: "",
+        summary: "a sphere",
+        source: "",
+        example: r#"shape = "sphere""#,
+    },
     MethodEntry {
         key: "union",
         id: "G1",
         summary: "union of random boxes, cylinders, cones, ellipsoids and spheres through one point",
         source: "Sajjadi & Khalili 2015",
+        example: r#"shape.union = { solids = [2, 5] }"#,
     },
     MethodEntry {
         key: "union",
         id: "G2",
         summary: "families of the union: smooth, sharp, chosen kinds and ranges of dimensions",
         source: "Sajjadi & Khalili 2015",
+        example: r#"shape.union = { family = "sharp", solids = [2, 4] }"#,
     },
     MethodEntry {
         key: "files",
         id: "",
         summary: "the user's own closed surfaces: STL, PLY, OBJ",
         source: "",
+        example: r#"shape.files = { folder = "grains" }"#,
     },
 ];
 

@@ -66,12 +66,14 @@ pub const METHODS: &[MethodEntry] = &[
         id: "",
         summary: "LIGGGHTS 3.8.0: spheres, rigid clumps (fix rigid), planes, STL walls, MPI",
         source: "Kloss, Goniva, Hager, Amberger & Pirker 2012",
+        example: "",
     },
     MethodEntry {
         key: "yade",
         id: "",
         summary: "YADE 2023.02a: spheres, rigid clumps, planes, facets, local damping, one thread",
         source: "Smilauer et al. 2021",
+        example: "",
     },
 ];
 

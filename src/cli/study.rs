@@ -1,0 +1,34 @@
+//! `riprap study`: error against run time.
+
+use super::arguments::Study;
+use super::{Ending, Screen};
+use crate::study::{self, Effort, StudyError};
+use serde_json::json;
+
+impl From<StudyError> for Ending {
+    fn from(error: StudyError) -> Self {
+        match error {
+            StudyError::Cancelled => Self::Cancelled(error.to_string()),
+            StudyError::Work(message) => Self::Work(message),
+        }
+    }
+}
+
+pub fn study(arguments: &Study, screen: &Screen) -> Result<(), Ending> {
+    let Some(found) = study::find(&arguments.what) else {
+        let keys: Vec<&str> = study::STUDIES.iter().map(|study| study.key).collect();
+        let (what, keys) = (&arguments.what, keys.join(", "));
+        return Err(Ending::Input(format!("there is no study \"{what}\"; there are: {keys}")));
+    };
+    let folder = arguments.output.clone().unwrap_or_else(|| format!("study-{}", found.key).into());
+    // A folder that cannot be made fails before the work.
+    std::fs::create_dir_all(&folder)
+        .map_err(|error| Ending::Input(format!("{}: cannot write: {error}", folder.display())))?;
+    let effort = if arguments.quick { Effort::Quick } else { Effort::Full };
+    let findings = (found.run)(effort, &screen.job())?;
+    let quick = if arguments.quick { " --quick" } else { "" };
+    let files = findings.write(&folder, &format!("riprap study {}{quick}", found.key))?;
+    screen.say(&format!("wrote {} files into {}", files.len(), folder.display()));
+    let value = json!({ "study": found.key, "found": findings.json(), "files": files });
+    screen.result(&value, &findings.text())
+}

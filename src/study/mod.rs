@@ -1,0 +1,57 @@
+//! Error against run time: `riprap study WHAT`. One file a study; each is a
+//! function from [`Effort`] to [`Findings`], which become tables, charts, CSV
+//! and a page. Figures of CPU time depend on the machine; everything else is
+//! the same at every run.
+
+mod contact;
+mod models;
+
+use crate::num::Job;
+use crate::report::findings::Findings;
+
+/// How much a study computes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Effort {
+    /// Enough to see every method once: about a minute.
+    Quick,
+    /// What validation pages are made from: some minutes.
+    Full,
+}
+
+/// Why a study did not end.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    /// The user asked to stop.
+    #[error("stopped; a study keeps nothing of what it has not finished")]
+    Cancelled,
+    /// A computation failed that should not.
+    #[error("{0}")]
+    Work(String),
+}
+
+/// A study.
+pub struct Study {
+    /// Key on the command line.
+    pub key: &'static str,
+    /// What it shows, in one line.
+    pub summary: &'static str,
+    /// Does it.
+    pub run: fn(Effort, &Job) -> Result<Findings, StudyError>,
+}
+
+/// All studies.
+pub const STUDIES: &[Study] = &[Study {
+    key: "contact",
+    summary: "restitution and oblique rebound of each scheme against closed forms, over the step and CPU time",
+    run: contact::study,
+}];
+
+/// The study of this key.
+pub fn find(key: &str) -> Option<&'static Study> {
+    STUDIES.iter().find(|study| study.key == key)
+}
+
+/// Fails once the user has asked to stop.
+fn go_on(job: &Job) -> Result<(), StudyError> {
+    if job.is_cancelled() { Err(StudyError::Cancelled) } else { Ok(()) }
+}
