@@ -32,6 +32,7 @@ pub fn empty(scheme: Scheme, contact: Contact, density: f64) -> Model {
             scheme,
             law: scheme.law(),
             insist: false,
+            guard: Default::default(),
         },
     }
 }
