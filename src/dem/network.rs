@@ -468,7 +468,7 @@ fn each_link<'a>(
             let between = ball.place - other.place;
             let distance = between.norm();
             let overlap = ball.radius + other.radius - distance;
-            if !(overlap >= -1e-12 * ball.radius) {
+            if overlap.is_nan() || overlap < -1e-12 * ball.radius {
                 continue;
             }
             let normal = if distance > 0.0 { between / distance } else { Vec3::zeros() };
@@ -484,7 +484,7 @@ fn each_link<'a>(
         }
         let mut wall = |away: Vec3, material: u16| {
             let distance = away.norm();
-            if !(distance <= ball.radius * (1.0 + 1e-12)) {
+            if distance.is_nan() || distance > ball.radius * (1.0 + 1e-12) {
                 return;
             }
             let normal = if distance > 0.0 { away / distance } else { Vec3::zeros() };
