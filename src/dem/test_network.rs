@@ -139,6 +139,9 @@ fn heap(law: Contact, count: u32, clumps: bool, ratio: f64, seed: u64) -> Model 
 
 fn judge(name: &str, model: &Model, least: f64) {
     let limit = true_limit(model);
+    // Where dashpots rule, the step goes with the eigenvalue and not with its root.
+    let damped = model.contacts.between(0, 0).cn > 0.0;
+    let least = if damped { least * least } else { least };
     let [block, sharp] = bounds(model).map(|bound| bound / limit);
     println!("{name}: block {block:.3}, sharpened {sharp:.3}");
     assert!(block <= 1.0 + 1e-6 && block > least, "{name}: block {block}");
@@ -169,7 +172,7 @@ fn lattices_have_their_known_limits_and_bounds_below_them() {
             let limit = true_limit(&model) / (MASS / KN).sqrt();
             // A piece of a lattice is a little softer than the whole.
             assert!(limit > known * 0.999 && limit < known * (1.0 + larger), "{name} {kt} {limit}");
-            judge(&format!("{name} {kt}"), &model, 0.75);
+            judge(&format!("{name} {kt}"), &model, 0.8);
         }
     }
 }
@@ -184,7 +187,7 @@ fn beds_clumps_and_wide_sizes_have_bounds_close_below_their_limits() {
             [(false, 1.2, 1), (true, 1.2, 2), (false, 30.0, 3), (true, 5.0, 4)]
         {
             let model = heap(law, 18, clumps, ratio, seed);
-            judge(&format!("kt {kt} cn {cn} ct {ct} clumps {clumps} ratio {ratio}"), &model, 0.75);
+            judge(&format!("kt {kt} cn {cn} ct {ct} clumps {clumps} ratio {ratio}"), &model, 0.8);
         }
     }
     // One sphere a thousand times the size of another: the small one alone governs.
@@ -194,8 +197,9 @@ fn beds_clumps_and_wide_sizes_have_bounds_close_below_their_limits() {
     judge("1 : 1000", &model, 0.99);
 }
 
-/// Largest kinetic energy late in a run from a state at rest with a small kick.
-fn late_energy(model: &Model, step: f64) -> f64 {
+/// Largest kinetic energy of a run from a state at rest with a small kick, over that of the
+/// kick. An unstable pack may shake itself loose and come to rest again.
+fn largest_energy(model: &Model, step: f64) -> f64 {
     let mut model = model.clone();
     (model.plan.step, model.plan.insist) = (step, true);
     (model.plan.steps, model.plan.series_every) = (1500, 20);
@@ -207,8 +211,8 @@ fn late_energy(model: &Model, step: f64) -> f64 {
     if run.outcome != Outcome::Finished {
         return f64::INFINITY;
     }
-    let late = run.series.iter().skip(60).map(|row| row.kinetic).fold(0.0, f64::max);
-    late / run.series[0].kinetic
+    let largest = run.series.iter().map(|row| row.kinetic).fold(0.0, f64::max);
+    largest / run.series[0].kinetic
 }
 
 #[test]
@@ -232,9 +236,9 @@ fn runs_are_quiet_below_the_limit_and_grow_above_it() {
                 place.orientation = Rotation::identity();
             }
             let [_, sharp] = bounds(&model);
-            let quiet = late_energy(&model, sharp);
+            let quiet = largest_energy(&model, sharp);
             assert!(quiet < 30.0, "{scheme:?} {cn} below: {quiet}");
-            let wild = late_energy(&model, 1.15 * sharp);
+            let wild = largest_energy(&model, 1.15 * sharp);
             println!("{scheme:?} {cn}: {quiet:.2e} {wild:.2e}");
             assert!(wild > 1e3, "{scheme:?} {cn} above: {wild}");
         }
