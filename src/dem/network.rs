@@ -473,11 +473,14 @@ fn each_link<'a>(
             }
             let normal = if distance > 0.0 { between / distance } else { Vec3::zeros() };
             let law = setting.pair(ball.material, other.material);
-            let point = ball.place - normal * (ball.radius - 0.5 * overlap);
+            let ends = [
+                ball.place - normal * (ball.radius - setting.share * overlap),
+                other.place + normal * (other.radius - setting.share * overlap),
+            ];
             visit(Link {
                 bodies: (ball.body, Some(other.body)),
                 normal,
-                arms: [point - centre(slot), point - centre(there)],
+                arms: [ends[0] - centre(slot), ends[1] - centre(there)],
                 law,
                 depth: overlap / ball.radius.min(other.radius),
             });
@@ -488,7 +491,10 @@ fn each_link<'a>(
                 return;
             }
             let normal = if distance > 0.0 { away / distance } else { Vec3::zeros() };
-            let arm = ball.place - normal * (0.5 * (ball.radius + distance)) - centre(slot);
+            // The longer of the arms at planes and elsewhere.
+            let share = setting.share.min(0.5);
+            let overlap = ball.radius - distance;
+            let arm = ball.place - normal * (ball.radius - share * overlap) - centre(slot);
             let law = setting.pair(ball.material, material);
             let depth = 1.0 - distance / ball.radius;
             let arms = [arm, Vec3::zeros()];
