@@ -81,7 +81,8 @@ fn true_limit(model: &Model) -> f64 {
         return high;
     }
     let mut low = 0.0;
-    for _ in 0..12 {
+    // Down to digits of a limit far below that without dashpots.
+    for _ in 0..26 {
         let middle = 0.5 * (low + high);
         if top(middle) > 4.0 { high = middle } else { low = middle }
     }
