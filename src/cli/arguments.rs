@@ -153,7 +153,7 @@ pub struct Reproduce {
     #[arg(short, long, value_name = "PATH")]
     pub output: Option<PathBuf>,
     /// For a mesh: method, see `riprap list clumps`.
-    #[arg(long, value_name = "KEY", default_value = "normals")]
+    #[arg(long, value_name = "KEY", default_value = "fitted")]
     pub method: String,
     /// For a mesh: largest number of spheres.
     #[arg(long, value_name = "N", conflicts_with = "error", value_parser = clap::value_parser!(u32).range(2..))]
@@ -254,6 +254,9 @@ pub struct Measure {
     /// Meshes (STL, PLY, OBJ), clumps, packings, states, dumps.
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
+    /// Solid that the files' spheres stand for, in the same frame: gives their errors against it.
+    #[arg(long, value_name = "MESH")]
+    pub against: Option<PathBuf>,
 }
 
 /// `riprap convert`.

@@ -45,17 +45,28 @@ pub fn simulate(
     };
     let (from, loop_begun) = (state.step, Instant::now());
     let mut outcome = None;
+    // Whether the second half kick of the last step is still to be done: where nothing looks
+    // at velocities in between, it is done together with the first of the next step.
+    let mut owed = false;
     while stopped.is_none() && state.step < model.plan.steps {
         if job.is_cancelled() {
+            if owed {
+                motion::finish(&setting, &mut state);
+            }
             if guard::finite(&state) {
                 observer.checkpoint(&checkpoint::write(model, &state)?);
             }
             outcome = Some(Outcome::Cancelled { step: state.step });
             break;
         }
-        one_step(&setting, &mut state, &mut work);
+        owed = one_step(&setting, &mut state, &mut work, owed);
         stopped = watch.after_step(&setting, &state);
-        record(&setting, &mut state, observer, stopped.is_some())?;
+        if stopped.is_some() && owed {
+            motion::finish(&setting, &mut state);
+        }
+        if stopped.is_some() || is_due(&setting, state.step) {
+            record(&setting, &mut state, observer, stopped.is_some())?;
+        }
         if state.step.is_multiple_of(REPORT_EVERY) {
             job.report("steps", state.step, model.plan.steps);
         }
@@ -128,18 +139,35 @@ fn keep_the_good(
     Ok(())
 }
 
-/// From one force pass to just after the next.
-fn one_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace) {
+/// From one force pass to just after the next. `owed` in and out: whether the second half
+/// kick is still to be done.
+fn one_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace, owed: bool) -> bool {
     if setting.scheme == Scheme::PathAveraged {
         averaged_step(setting, state, work);
-        return;
+        return false;
     }
     state.ledger.add_half();
-    if motion::advance(setting, state) {
+    if motion::advance(setting, state, owed) {
         neighbours::rebuild(setting, state);
     }
     force_pass(setting, state, work, false);
-    motion::finish(setting, state);
+    let owed = !is_due(setting, state.step);
+    if !owed {
+        motion::finish(setting, state);
+    }
+    owed
+}
+
+/// Whether velocities are looked at after step `step`: something is written, or the guard
+/// does its sums.
+fn is_due(setting: &Setting<'_>, step: u64) -> bool {
+    let plan = &setting.model.plan;
+    let every = |steps: u64| step.is_multiple_of(steps.max(1));
+    step == plan.steps
+        || every(plan.frame_every)
+        || every(plan.series_every)
+        || every(guard::EVERY)
+        || (plan.checkpoint_every > 0 && every(plan.checkpoint_every))
 }
 
 /// Half a step, force pass, half a step.

@@ -1,19 +1,19 @@
 //! Stops a run that can no longer be trusted, in words that say what to do.
 //!
 //! After each step in which lists were built (a body cannot go farther than half the skin
-//! between two builds), and at least every [`EVERY`] steps:
+//! between two builds), and every [`EVERY`] steps:
 //! - numbers that are not finite, bodies outside the domain, bodies that move too large a
 //!   part of a radius in a step (and may pass through walls and each other);
 //! - a step above the bound of the contacts that are there now (see [`super::network`]).
 //!
-//! At least [`EVERY`] steps apart, since they cost about a force pass each:
+//! Every [`EVERY`] steps only, since they cost about a force pass each:
 //! - overlaps;
 //! - energy from nowhere in the ledger;
 //! - shaking: in an unstable run the fastest mode changes sign in every step, which no
 //!   contact that is resolved does. With Δ the changes of all contact forces from one step
 //!   to the next, Σ Δ_n·Δ_{n+1}/m over √(Σ Δ_n²/m Σ Δ_{n+1}²/m) is cos ω Δt for a mode, so -1
-//!   at the limit. Twice in a row below −[`Guard::shaking`](crate::model::Guard), with changes of at least
-//!   [`NOISE`] of the forces, and the run stops. The ledger does not see this: an unstable
+//!   at the limit. Three times in a row below −[`Guard::shaking`](crate::model::Guard), with changes of
+//!   at least [`NOISE`] of the forces that do not die out (by half between two looks), and the run stops. The ledger does not see this: an unstable
 //!   bed compacts, and its dashpots take what gravity gives.
 //!
 //! If the plan insists, what concerns the step is noted instead. O(N + contacts) a look.
@@ -28,7 +28,7 @@ use crate::num::Vec3;
 /// Most steps between two looks.
 pub const EVERY: u64 = 128;
 /// Changes of contact forces below this part of the forces are not looked at.
-const NOISE: f64 = 1e-4;
+const NOISE: f64 = 1e-3;
 /// The last good frame is kept in scenes of at most so many spheres (200 bytes each).
 const KEPT: usize = 200_000;
 
@@ -47,12 +47,13 @@ pub fn finite(state: &State) -> bool {
 #[derive(Debug, Default)]
 pub struct Watch {
     rebuilds: u64,
-    looked: u64,
     /// Loads of the last steps while they are compared, and the builds they belong to.
     loads: Vec<Vec<Vec3>>,
     loads_of: u64,
-    /// Times in a row that the run was found shaking.
-    shaking: u32,
+    /// Times in a row that the run was found shaking, and how much of the forces changed.
+    shaking: (u32, f64),
+    /// What has been noted.
+    noted: Vec<&'static str>,
     /// The last frame of a look that found nothing.
     pub good: Option<Frame>,
     /// What was found and not acted on.
@@ -63,7 +64,7 @@ impl Watch {
     /// To be called after each step, with places at `state.step` times the step. Why the run
     /// must stop; `None` if all is well.
     pub fn after_step(&mut self, setting: &Setting<'_>, state: &State) -> Option<String> {
-        let due = state.step >= self.looked + EVERY;
+        let due = state.step.is_multiple_of(EVERY);
         let rebuilt = state.rebuilds != self.rebuilds;
         let mut stop = None;
         if due || rebuilt {
@@ -84,10 +85,12 @@ impl Watch {
             return Some(reason);
         }
         let network = Network::new(setting, state, state.step as f64 * setting.step);
-        let told = setting.model.plan.insist && self.notes.len() >= 3;
-        let unsound = || {
-            travel(setting, state, guard).or_else(|| {
-                network.exceeded_by(setting.step).map(|bound| {
+        let fast = self.once("travel", setting, state, || travel(setting, state, guard));
+        if fast.is_some() {
+            return fast;
+        }
+        let bound = self.once("bound", setting, state, || {
+            network.exceeded_by(setting.step).map(|bound| {
                 format!(
                     "the step {} s is above the stability bound {:.4e} s of the contacts that are \
                      there now, that of body {} first; use a step below the bound, or lower the \
@@ -95,18 +98,13 @@ impl Watch {
                     setting.step, bound.step, bound.body
                 )
             })
-            })
-        };
-        if !told
-            && let Some(reason) = unsound()
-            && let Some(reason) = self.unless_insisted(setting, state, reason)
-        {
-            return Some(reason);
+        });
+        if bound.is_some() {
+            return bound;
         }
         if !whole {
             return None;
         }
-        self.looked = state.step;
         let deepest =
             network.deepest().filter(|worst| guard.overlap > 0.0 && worst.depth > guard.overlap);
         if let Some(worst) = deepest {
@@ -140,32 +138,43 @@ impl Watch {
         if self.loads.len() < 3 {
             return None;
         }
-        let (opposed, body) = shaking(setting, state, &self.loads);
+        let (opposed, change, body) = shaking(setting, state, &self.loads);
         self.loads.clear();
-        self.shaking = if opposed > most { self.shaking + 1 } else { 0 };
-        if self.shaking < 2 {
+        let (times, before) = self.shaking;
+        self.shaking = match (opposed > most, change > 0.5 * before) {
+            (true, true) => (times + 1, change),
+            (true, false) => (1, change),
+            _ => (0, 0.0),
+        };
+        if self.shaking.0 < 3 {
             return None;
         }
-        let reason = format!(
-            "contact forces change sign from step to step (body {body} most): the run is \
-             unstable at the step {} s; use half of it, or lower the stiffness",
-            setting.step
-        );
-        self.unless_insisted(setting, state, reason)
+        self.once("shaking", setting, state, || {
+            Some(format!(
+                "contact forces change sign from step to step (body {body} most): the run is \
+                 unstable at the step {} s; use half of it, or lower the stiffness",
+                setting.step
+            ))
+        })
     }
 
-    /// The reason, unless the plan insists on its step; then it is noted, the first time.
-    fn unless_insisted(
+    /// The reason that `find` finds, unless the plan insists on its step; then it is noted,
+    /// the first time of its `kind`, and not looked for again.
+    fn once(
         &mut self,
+        kind: &'static str,
         setting: &Setting<'_>,
         state: &State,
-        reason: String,
+        find: impl FnOnce() -> Option<String>,
     ) -> Option<String> {
         if !setting.model.plan.insist {
-            return Some(reason);
+            return find();
         }
-        if self.notes.len() < 3 {
+        if !self.noted.contains(&kind)
+            && let Some(reason) = find()
+        {
             let time = state.step as f64 * setting.step;
+            self.noted.push(kind);
             self.notes.push(format!("at t = {time:.6} s, gone on as insisted: {reason}"));
         }
         None
@@ -232,9 +241,9 @@ fn gain(setting: &Setting<'_>, state: &State, guard: &Guard) -> Option<String> {
     })
 }
 
-/// How far the last change of the forces is opposed to the one before, and the body whose
-/// forces change most.
-fn shaking(setting: &Setting<'_>, state: &State, loads: &[Vec<Vec3>]) -> (f64, u32) {
+/// How far the last change of the forces is opposed to the one before, its size over that of
+/// the forces, and the body whose forces change most.
+fn shaking(setting: &Setting<'_>, state: &State, loads: &[Vec<Vec3>]) -> (f64, f64, u32) {
     let (mut product, mut squares, mut whole) = (0.0, [0.0; 2], 0.0);
     let mut most = (0.0, 0);
     for (slot, ball) in state.balls.iter().enumerate() {
@@ -251,7 +260,8 @@ fn shaking(setting: &Setting<'_>, state: &State, loads: &[Vec<Vec3>]) -> (f64, u
     }
     let noise = NOISE * NOISE * whole;
     if squares[0] <= noise || squares[1] <= noise {
-        return (0.0, most.1);
+        return (0.0, 0.0, most.1);
     }
-    (-product / (squares[0].sqrt() * squares[1].sqrt()), most.1)
+    let change = (squares[1] / whole).sqrt();
+    (-product / (squares[0].sqrt() * squares[1].sqrt()), change, most.1)
 }

@@ -30,9 +30,11 @@
 //! ours turns the normal round, as LIGGGHTS does.
 
 mod averaged;
+mod averaged_loops;
 mod averaged_motion;
 mod averaged_pass;
 mod checkpoint;
+mod contacts;
 mod drive;
 mod forces;
 mod guard;
@@ -46,6 +48,7 @@ mod setting;
 mod state;
 mod surface;
 mod turn;
+mod walls;
 
 #[cfg(test)]
 mod reference;

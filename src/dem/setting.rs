@@ -31,6 +31,8 @@ pub struct Setting<'a> {
     pub surfaces: Surfaces,
     /// Indices of plane walls in `model.walls`.
     pub planes: Vec<u16>,
+    /// Parameters between spheres and their radius, if all are alike.
+    pub alike: Option<(Contact, f64)>,
     table: Vec<Contact>,
     materials: usize,
 }
@@ -85,6 +87,7 @@ impl<'a> Setting<'a> {
             },
             surfaces: Surfaces::new(model),
             planes,
+            alike: alike(model),
             table,
             materials,
         }
@@ -160,6 +163,14 @@ impl<'a> Setting<'a> {
         };
         self.model.walls.iter().map(|wall| travel(&wall.motion)).fold(0.0, f64::max)
     }
+}
+
+/// Parameters between spheres and their radius, if all spheres are of one material and size.
+fn alike(model: &Model) -> Option<(Contact, f64)> {
+    let (material, radius) = (model.bodies.first()?.material, model.spheres.first()?.radius);
+    let same = model.bodies.iter().all(|body| body.material == material)
+        && model.spheres.iter().all(|sphere| sphere.radius == radius);
+    same.then(|| (*model.contacts.between(material, material), radius))
 }
 
 /// Angular velocity of a wall, rad/s.

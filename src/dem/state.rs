@@ -8,9 +8,9 @@ use crate::model::{BodyState, Frame, Scheme};
 use crate::num::{Rotation, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// What pair forces need of a sphere: one cache line.
+/// What pair forces need of a sphere: one cache line, centre and radius side by side.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[repr(align(64))]
+#[repr(C, align(64))]
 pub struct Ball {
     /// Centre, m.
     pub place: Vec3,

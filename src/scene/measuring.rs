@@ -2,9 +2,11 @@
 //! extent, coordination and overlaps of a clump, packing, state or dump.
 
 use super::road::RoadError;
+use crate::clump::{self, Fidelity};
 use crate::format::{self, Data, FormatError, Particles};
-use crate::geometry::{Bounds, check};
+use crate::geometry::{Ball, Bounds, check};
 use crate::pack::measure::contacts_of;
+use crate::shape::Solid;
 use crate::shape::descriptors::{Descriptors, describe};
 use serde::Serialize;
 use std::path::Path;
@@ -64,6 +66,30 @@ pub fn measure(path: &Path) -> Result<(Measured, Option<String>), RoadError> {
         }
         Data::Particles(table) => Ok((Measured::Spheres(spheres(&table)), None)),
     }
+}
+
+/// Errors of the spheres in the file at `path`, one body in the frame of the closed
+/// surface `mesh`, against the solid it bounds.
+///
+/// # Errors
+/// [`RoadError::Format`] for a file that cannot be read, holds no spheres, or a surface that
+/// bounds no solid.
+pub fn against(path: &Path, mesh: &Path) -> Result<Fidelity, RoadError> {
+    let Data::Particles(table) = format::read(path)? else {
+        return Err(FormatError::file(path, "holds no spheres").into());
+    };
+    let (surface, _) = check::solid(format::read_mesh(mesh)?)
+        .map_err(|fault| FormatError::file(mesh, fault.to_string()))?;
+    let mass = surface.mass_properties();
+    let solid =
+        Solid { name: mesh.display().to_string(), mesh: surface, mass, recipe: String::new() };
+    let balls: Vec<Ball> = table
+        .positions
+        .iter()
+        .zip(&table.radii)
+        .map(|(centre, radius)| Ball { centre: *centre, radius: *radius })
+        .collect();
+    Ok(clump::measure(&solid, &balls, clump::POINTS)?)
 }
 
 /// Measures a table of spheres.

@@ -3,8 +3,10 @@
 //! and a page. Figures of CPU time depend on the machine; everything else is
 //! the same at every run.
 
+mod clump;
 mod contact;
 mod models;
+mod packing;
 
 use crate::num::Job;
 use crate::report::findings::Findings;
@@ -40,11 +42,23 @@ pub struct Study {
 }
 
 /// All studies.
-pub const STUDIES: &[Study] = &[Study {
-    key: "contact",
-    summary: "restitution and oblique rebound of each scheme against closed forms, over the step and CPU time",
-    run: contact::study,
-}];
+pub const STUDIES: &[Study] = &[
+    Study {
+        key: "contact",
+        summary: "restitution and oblique rebound of each scheme against closed forms, over the step and CPU time",
+        run: contact::study,
+    },
+    Study {
+        key: "clump",
+        summary: "error of each clump method against the number of spheres and CPU time, on eight solids",
+        run: clump::study,
+    },
+    Study {
+        key: "packing",
+        summary: "density, dimension and coordination of each packing method against references, over CPU time and number",
+        run: packing::study,
+    },
+];
 
 /// The study of this key.
 pub fn find(key: &str) -> Option<&'static Study> {

@@ -201,7 +201,10 @@ fn prefixed(value: &mut toml::Value, prefix: &Path) {
 
 /// The way from folder `from` to folder `to`, which need not exist; absolute if there is no relative one.
 fn way(from: &Path, to: &Path) -> PathBuf {
-    let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    // The folder of a bare file name is the empty path.
+    let absolute = |path: &Path| {
+        std::path::absolute(Path::new(".").join(path)).unwrap_or_else(|_| path.to_owned())
+    };
     let (from, to) = (absolute(from), absolute(to));
     let shared = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
     let steps_up = from.components().skip(shared);
