@@ -261,6 +261,9 @@ pub const METHODS: &[MethodEntry] = &[
     },
 ];
 
+/// Largest rounding of positions, in radii.
+const ROUNDING: f64 = 1e-7;
+
 /// Refuses what the model's invariants exclude but a kernel would turn into nonsense.
 fn usable(model: &Model) -> Result<(), DemError> {
     let fault = |text: String| Err(DemError::Unusable(text));
@@ -291,6 +294,16 @@ fn usable(model: &Model) -> Result<(), DemError> {
         }
     }
     for (index, sphere) in model.spheres.iter().enumerate() {
+        let far = model.bodies[sphere.body as usize].position.amax();
+        if far * f64::EPSILON > ROUNDING * sphere.radius {
+            return fault(format!(
+                "body {} stands {far:.3e} m from the origin, where positions are rounded to {:.1e} m, too coarse \
+                 for a radius of {:.3e} m; move the scene nearer to the origin",
+                sphere.body,
+                far * f64::EPSILON,
+                sphere.radius
+            ));
+        }
         if !(sphere.radius.is_finite() && sphere.radius > 0.0) {
             return fault(format!("sphere {index} has the radius {} m", sphere.radius));
         }
