@@ -1,7 +1,7 @@
 //! Stiff and extreme scenes, driven through the program: each comes out right, or is
 //! refused or stopped with a message that names what is wrong. Never a panic, a number
 //! that is not finite, or silence. The table with LIGGGHTS and YADE beside it is in
-//! validation/21-extremes.
+//! validation/31-extremes.
 
 use std::path::Path;
 use std::process::Command;
