@@ -95,11 +95,8 @@ pub fn respond<const FRICTION: bool, const DAMPING: bool>(
     let rate = meeting.velocity.dot(&normal);
     let half = 0.5 * span * rate;
     let slide = meeting.velocity - normal * rate;
-    let early = if FRICTION {
-        meeting.early - normal * meeting.early.dot(&normal)
-    } else {
-        Vec3::zeros()
-    };
+    let early =
+        if FRICTION { meeting.early - normal * meeting.early.dot(&normal) } else { Vec3::zeros() };
     let Some((from, to)) = window(meeting.gap - half, meeting.gap + half) else {
         if book.touching[k] {
             release::<FRICTION>(pair, meeting, early * (0.5 * span), book, k, tally);

@@ -521,8 +521,7 @@ impl<'a> Twin<'a> {
             let lever = place - state.position;
             let torque = self.momenta[body].cross(&state.spin);
             let local = state.orientation.inverse_transform_vector(&torque);
-            let twist =
-                state.orientation * local.component_div(&self.model.bodies[body].inertia);
+            let twist = state.orientation * local.component_div(&self.model.bodies[body].inertia);
             let pull = twist.cross(&lever) + state.spin.cross(&state.spin.cross(&lever));
             (velocity - pull * (0.5 * h), spin - twist * (0.5 * h))
         };

@@ -160,9 +160,11 @@ fn order_of(scheme: Scheme, contacts: f64, fill: impl Fn(&mut Model)) -> (f64, f
     let fine = finish_with(6400.0);
     let steps = [25.0, 50.0, 100.0, 200.0, 400.0];
     let errors = steps.map(|n| {
-        rms([0.93, 1.0, 1.09].iter().flat_map(|near| finish_with(n * near)).zip(fine.iter().cycle()).map(
-            |(a, b)| (a.velocity - b.velocity).norm() + RADIUS * (a.spin - b.spin).norm(),
-        ))
+        rms([0.93, 1.0, 1.09]
+            .iter()
+            .flat_map(|near| finish_with(n * near))
+            .zip(fine.iter().cycle())
+            .map(|(a, b)| (a.velocity - b.velocity).norm() + RADIUS * (a.spin - b.spin).norm()))
     });
     (order(&steps, &errors), errors[2])
 }
@@ -192,9 +194,30 @@ fn second_order_in_three_dimensions() {
         ("two spheres, spin", Box::new(two), 1.7),
         ("wall, spin", Box::new(wall), 1.6),
         ("free edge", Box::new(edge), 1.7),
-        ("two, tangential dashpot", Box::new(move |m| { two(m); m.contacts = law(0.5, CN, 6.0); }), 1.5),
-        ("wall, ct without cn", Box::new(move |m| { wall(m); m.contacts = law(0.5, 0.0, 6.0); }), 1.5),
-        ("wall, elastic", Box::new(move |m| { wall(m); m.contacts = law(0.5, 0.0, 0.0); }), 1.5),
+        (
+            "two, tangential dashpot",
+            Box::new(move |m| {
+                two(m);
+                m.contacts = law(0.5, CN, 6.0);
+            }),
+            1.5,
+        ),
+        (
+            "wall, ct without cn",
+            Box::new(move |m| {
+                wall(m);
+                m.contacts = law(0.5, 0.0, 6.0);
+            }),
+            1.5,
+        ),
+        (
+            "wall, elastic",
+            Box::new(move |m| {
+                wall(m);
+                m.contacts = law(0.5, 0.0, 0.0);
+            }),
+            1.5,
+        ),
     ];
     let mut wrong = Vec::new();
     for (name, fill, least) in &cases {
@@ -220,7 +243,13 @@ fn slip_never_gives_energy_back() {
         let place = Vec3::new(f64::from(i % 2), f64::from(i / 2 % 2), f64::from(i / 4));
         let side = if i % 2 == 0 { 1.0 } else { -1.0 };
         let v = Vec3::new(0.6 * side, 0.3, -1.0 * side);
-        add_sphere(&mut model, place * 2.05 * RADIUS + Vec3::z() * 1.02 * RADIUS, RADIUS, v, v * 40.0);
+        add_sphere(
+            &mut model,
+            place * 2.05 * RADIUS + Vec3::z() * 1.02 * RADIUS,
+            RADIUS,
+            v,
+            v * 40.0,
+        );
     }
     let run = finish(&model);
     let total = run.series.last().expect("rows").slip;

@@ -111,8 +111,7 @@ fn trajectories(
         let (mut by_step, mut by_time) = (Vec::new(), Vec::new());
         for &per_contact in size.steps {
             let (places, seconds, _) = run(scheme, per_contact)?;
-            let errors: Vec<f64> =
-                fine.iter().zip(&places).map(|(a, b)| distance(a, b)).collect();
+            let errors: Vec<f64> = fine.iter().zip(&places).map(|(a, b)| distance(a, b)).collect();
             let end = errors[errors.len() - 1];
             by_step.push((per_contact, end));
             by_time.push((seconds, end));
@@ -184,11 +183,8 @@ fn cost_at(curve: &[(f64, f64)], error: f64) -> Option<f64> {
 }
 
 fn heaps(size: &Size, job: &Job, remarks: &mut Vec<String>) -> Result<Sheet, StudyError> {
-    let variants = [
-        (Scheme::Leapfrog, 50.0),
-        (Scheme::PathAveraged, 50.0),
-        (Scheme::PathAveraged, 10.0),
-    ];
+    let variants =
+        [(Scheme::Leapfrog, 50.0), (Scheme::PathAveraged, 50.0), (Scheme::PathAveraged, 10.0)];
     let mut found: Vec<Vec<[f64; 2]>> = vec![Vec::new(); variants.len()];
     for seed in 1..=size.seeds {
         for ((scheme, per_contact), found) in variants.iter().zip(&mut found) {
@@ -217,7 +213,14 @@ fn heaps(size: &Size, job: &Job, remarks: &mut Vec<String>) -> Result<Sheet, Stu
                 deviation(&values).into(),
                 (100.0 * middle).into(),
                 (100.0 * half).into(),
-                if first { "reference" } else if equal { "equivalent" } else { "not shown" }.into(),
+                if first {
+                    "reference"
+                } else if equal {
+                    "equivalent"
+                } else {
+                    "not shown"
+                }
+                .into(),
             ]);
             if !first {
                 remarks.push(format!(
@@ -296,10 +299,8 @@ fn distance(a: &[Vec3], b: &[Vec3]) -> f64 {
 
 /// Places in the frame nearest to a time.
 fn nearest(run: &Run, time: f64) -> Vec<Vec3> {
-    let best = run
-        .frames
-        .iter()
-        .min_by(|a, b| (a.time - time).abs().total_cmp(&(b.time - time).abs()));
+    let best =
+        run.frames.iter().min_by(|a, b| (a.time - time).abs().total_cmp(&(b.time - time).abs()));
     best.map_or_else(Vec::new, |frame| frame.centres.clone())
 }
 
@@ -333,7 +334,8 @@ fn block(size: &Size, scheme: Scheme, per_contact: f64, seed: u64, duration: f64
         let radius = RADIUS * random::uniform(&mut source, 0.9, 1.1);
         // Alternate layers lean against each other: the block does not stand.
         let lean = 0.35 * (z % 2.0);
-        let place = (Vec3::new(x + lean, y + 0.5 * lean, z) * 2.3 + Vec3::repeat(1.3) + jitter) * RADIUS;
+        let place =
+            (Vec3::new(x + lean, y + 0.5 * lean, z) * 2.3 + Vec3::repeat(1.3) + jitter) * RADIUS;
         models::sphere(&mut model, place, radius, DENSITY, Vec3::zeros());
     }
     let mass = DENSITY * std::f64::consts::PI * 4.0 / 3.0 * RADIUS.powi(3);

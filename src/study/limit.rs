@@ -86,7 +86,9 @@ pub fn study(effort: Effort, job: &Job) -> Result<Findings, StudyError> {
         tables: vec![Sheet {
             key: "onset".into(),
             title: "Kinetic energy after many steps from rest".into(),
-            caption: format!("{steps} steps; largest kinetic energy of the last third. Steps in √(m/kn) of the mean mass."),
+            caption: format!(
+                "{steps} steps; largest kinetic energy of the last third. Steps in √(m/kn) of the mean mass."
+            ),
             columns: [
                 "scheme",
                 "kt/kn",

@@ -51,7 +51,9 @@ pub fn add(findings: &mut Findings, effort: Effort, job: &Job) -> Result<(), Stu
         }
         let inverse: Vec<f64> = steps.iter().map(|n| 1.0 / n).collect();
         let order = order_of_convergence(&inverse, &errors).unwrap_or(f64::NAN);
-        findings.remarks.push(format!("{}, oblique: order {order:.2} of the error in the step.", scheme.key()));
+        findings
+            .remarks
+            .push(format!("{}, oblique: order {order:.2} of the error in the step.", scheme.key()));
         over_steps.push(Series {
             name: scheme.key().into(),
             points: steps.iter().copied().zip(errors).collect(),
@@ -62,7 +64,9 @@ pub fn add(findings: &mut Findings, effort: Effort, job: &Job) -> Result<(), Stu
     findings.tables.push(Sheet {
         key: "oblique".into(),
         title: "Oblique impact on a wall".into(),
-        caption: format!("Root mean square over six impacts (kt/kn 2/7 and 0.8) and {phases} phases."),
+        caption: format!(
+            "Root mean square over six impacts (kt/kn 2/7 and 0.8) and {phases} phases."
+        ),
         columns: [
             "scheme",
             "steps a contact",

@@ -27,7 +27,8 @@ pub fn add(findings: &mut Findings, effort: Effort, job: &Job) -> Result<(), Stu
         for &per_contact in steps {
             go_on(job)?;
             let model = side_by_side(per_contact, 16);
-            let name = format!("riprap-study-{}-{}-{per_contact}", std::process::id(), solver.key());
+            let name =
+                format!("riprap-study-{}-{}-{per_contact}", std::process::id(), solver.key());
             let folder = std::env::temp_dir().join(name);
             let done = solver
                 .write(&model, &folder, &DeckOptions::default())
@@ -81,11 +82,8 @@ pub fn add(findings: &mut Findings, effort: Effort, job: &Job) -> Result<(), Stu
 fn side_by_side(per_contact: f64, phases: u32) -> Model {
     let mut all = impact(Scheme::Leapfrog, per_contact, 0.5 / f64::from(phases));
     for phase in 1..phases {
-        let one = impact(
-            Scheme::Leapfrog,
-            per_contact,
-            (f64::from(phase) + 0.5) / f64::from(phases),
-        );
+        let one =
+            impact(Scheme::Leapfrog, per_contact, (f64::from(phase) + 0.5) / f64::from(phases));
         let index = all.bodies.len() as u32;
         let (mut body, mut sphere) = (one.bodies[0].clone(), one.spheres[0]);
         let across = 10.0 * sphere.radius;
