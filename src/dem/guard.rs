@@ -4,10 +4,10 @@
 //! between two builds), and every [`EVERY`] steps:
 //! - numbers that are not finite, bodies outside the domain, bodies that move too large a
 //!   part of a radius in a step (and may pass through walls and each other);
-//! - a step above the bound of the contacts that are there now (see [`super::network`]).
+//! - a step above the bound of the contacts that are there now (see [`super::network`]);
+//! - overlaps.
 //!
 //! Every [`EVERY`] steps only, since they cost about a force pass each:
-//! - overlaps;
 //! - energy from nowhere in the ledger;
 //! - shaking: in an unstable run the fastest mode changes sign in every step, which no
 //!   contact that is resolved does. With Δ the changes of all contact forces from one step
@@ -102,9 +102,6 @@ impl Watch {
         if bound.is_some() {
             return bound;
         }
-        if !whole {
-            return None;
-        }
         let deepest =
             network.deepest().filter(|worst| guard.overlap > 0.0 && worst.depth > guard.overlap);
         if let Some(worst) = deepest {
@@ -113,6 +110,9 @@ impl Watch {
                  plan.guard.overlap ({})",
                 guard.overlap
             ));
+        }
+        if !whole {
+            return None;
         }
         if let Some(reason) = gain(setting, state, guard) {
             return Some(reason);

@@ -35,7 +35,8 @@ const SAMPLE: usize = 200;
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Advice {
     /// Recommended step, s: the smallest of a fiftieth (`path_averaged`: a twentieth) of the shortest contact,
-    /// 0.8 of the limit, and the speed bound; rounded down to two digits.
+    /// 0.8 of the limit, an eighth of m/c of the strongest dashpot (not `path_averaged`), and the
+    /// speed bound; rounded down to two digits.
     pub step: f64,
     /// Largest step that `simulate` accepts, s: the smallest of the network
     /// (if bodies touch at time 0), packed and damping bounds, and half the smallest radius a step at the
@@ -108,8 +109,14 @@ pub fn advise(model: &Model) -> Advice {
         ),
         _ => ("a fiftieth of the shortest contact", Some(pairs.contact_time / STEPS_PER_CONTACT)),
     };
+    // A lagging dashpot throws back what it should stop: at most an eighth of its velocity a step.
+    let gentle = match setting.scheme {
+        Scheme::PathAveraged => None,
+        _ => pairs.damping.map(|bound| bound / 16.0),
+    };
     let choices = [
         accurate,
+        ("an eighth of the time m/c of the strongest dashpot", gentle),
         ("0.8 of the limit", Some(SAFETY * limit)),
         ("a tenth of the smallest radius a step at the fastest speed expected", speed),
     ];

