@@ -56,7 +56,7 @@ pub enum Verb {
     /// Read and judge a scene; run nothing.
     Check(SceneOnly),
     /// Make the random particles of a scene as STL.
-    Generate(SceneOnly),
+    Generate(Generate),
     /// Reproduce the particles of a scene, or one mesh, as clumps of spheres.
     Reproduce(Reproduce),
     /// Pack the particles of a scene.
@@ -132,6 +132,18 @@ pub enum Kind {
     Formats,
     /// Studies of error against run time.
     Studies,
+}
+
+/// `riprap generate`.
+#[derive(Debug, Args)]
+pub struct Generate {
+    /// Scene and output folder.
+    #[command(flatten)]
+    pub scene: SceneOnly,
+    /// Write the first draw of each grain as it comes to as-drawn/, valid grain or
+    /// not, and say why not; make no grains.
+    #[arg(long)]
+    pub as_drawn: bool,
 }
 
 /// A scene and where its results go.

@@ -151,7 +151,12 @@ fn block_anywhere<K: Kind, const AVX2: bool>(
         load.force = Vec3::new(force[0], force[1], force[2]);
         load.torque = Vec3::new(torque[0], torque[1], torque[2]);
     }
-    Tally { normal_dashpot: sums[0], tangential_dashpot: sums[1], slip: sums[2], wall_power: 0.0 }
+    Tally {
+        normal_dashpot: sums[0],
+        tangential_dashpot: sums[1],
+        slip: sums[2],
+        ..Tally::default()
+    }
 }
 
 /// Brings what the law needs of both spheres side by side.

@@ -5,7 +5,7 @@ use super::law::Rule;
 use super::setting::Setting;
 use super::state::{Load, State};
 use super::{
-    DemError, Observer, Summary, averaged_motion, checkpoint, guard, ledger, limit, motion,
+    DemError, Observer, Summary, averaged_motion, checkpoint, extra, guard, ledger, limit, motion,
     neighbours,
 };
 use crate::model::{Cost, Model, Outcome, Scheme};
@@ -112,10 +112,10 @@ fn start(
     let stopped = watch.look(setting, &state, false);
     force_pass(setting, &mut state, work, true);
     let ledger = (
-        ledger::kinetic(setting, &state) + ledger::sweep(setting, &state).elastic,
-        ledger::height(setting, &state),
+        ledger::kinetic(setting, &state) + ledger::stored(setting, &state),
+        ledger::potential(setting, &state),
     );
-    (state.ledger.start, state.ledger.start_height) = ledger;
+    (state.ledger.start, state.ledger.start_potential) = ledger;
     if guard::finite(&state) {
         observer.frame(&state.frame(setting));
         observer.row(&ledger::row(setting, &state));
@@ -194,7 +194,9 @@ pub(super) fn force_pass(
         interval: if first { 0.0 } else { setting.step },
         bare_slip: setting.scheme == Scheme::Lammps,
     };
-    let tally = evaluate(setting, state, work, &rule);
+    let mut tally = evaluate(setting, state, work, &rule);
+    tally += extra::pass(setting, state, &rule);
+    tally.drag_power = extra::drag(setting, state, first);
     if setting.planar {
         for Load { force, torque } in &mut state.loads {
             force.z = 0.0;
@@ -202,6 +204,9 @@ pub(super) fn force_pass(
         }
     }
     state.gather_solids(setting);
+    if let Some(law) = &setting.model.mutual {
+        work.far.add(setting, state, law);
+    }
     let damping = motion::damp(setting, state, first);
     state.ledger.add(tally, damping, setting.step, first);
 }

@@ -10,6 +10,7 @@
 use super::averaged_loops::{self, Buffer};
 use super::averaged_pass::Memory;
 use super::contacts::{self, Pull, Scratch};
+use super::far::Far;
 use super::law::{BookView, Kind, Rule, Tally, for_kind};
 use super::neighbours;
 use super::setting::{PlaneNow, Setting};
@@ -35,6 +36,8 @@ pub struct Workspace {
     faces: Vec<[Vec3; 3]>,
     walls_at: Option<u64>,
     memory: Memory,
+    /// Gravity between bodies.
+    pub far: Far,
 }
 
 /// Force of a pair on its first sphere.
@@ -116,6 +119,7 @@ impl Workspace {
             faces: Vec::new(),
             walls_at: None,
             memory: Memory::default(),
+            far: Far::new(threads),
         }
     }
 

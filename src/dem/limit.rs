@@ -7,6 +7,8 @@
 //!   bodies); for clumps over the directions in which a sphere of it is not covered by others;
 //! - damping: c Δt/m_eff < 2 for any pair, touching or not. Also for `path_averaged`,
 //!   where a pair alone would only lose accuracy beyond it;
+//! - attraction and rolling: their largest stiffness is added to kn and kt of the pair
+//!   (see [`super::extra::stiffened`]); drag c acts like a dashpot, c Δt/m < 2;
 //! - speed: no body moves more than a tenth of the smallest radius in a step.
 //!
 //! Contacts that form later are for the guard to watch.
@@ -83,7 +85,7 @@ pub fn advise(model: &Model) -> Advice {
             deepest: None,
         };
     }
-    let pairs = Pairs::of(model);
+    let pairs = Pairs::of(&setting);
     let mut state = State::new(&setting);
     neighbours::rebuild(&setting, &mut state);
     let packed = packed_bound(&setting);
@@ -163,7 +165,8 @@ struct Pairs {
 }
 
 impl Pairs {
-    fn of(model: &Model) -> Self {
+    fn of(setting: &Setting<'_>) -> Self {
+        let model = setting.model;
         let lightest = |material: u16| {
             let masses = model.bodies.iter().filter(|b| b.material == material).map(|b| b.mass);
             masses.fold(f64::INFINITY, f64::min)
@@ -178,14 +181,14 @@ impl Pairs {
             for b in a..size {
                 let other = lightest(b);
                 if other.is_finite() && model.bodies.len() > 1 {
-                    met.push((model.contacts.between(a, b), mass * other / (mass + other)));
+                    met.push((setting.stiff_pair(a, b), mass * other / (mass + other)));
                 }
             }
-            met.extend(model.walls.iter().map(|w| (model.contacts.between(a, w.material), mass)));
+            met.extend(model.walls.iter().map(|w| (setting.stiff_pair(a, w.material), mass)));
         }
         if met.is_empty() {
             let body = &model.bodies[0];
-            met.push((model.contacts.between(body.material, body.material), body.mass));
+            met.push((setting.stiff_pair(body.material, body.material), body.mass));
         }
         let turning = if model.dimension == Dimension::Two { 3.0 } else { 3.5 };
         let mut all = Self { contact_time: f64::INFINITY, damping: None, softest: f64::INFINITY };
@@ -198,6 +201,12 @@ impl Pairs {
                 let bound = 2.0 * mass / dashpot;
                 all.damping = Some(all.damping.map_or(bound, |best| best.min(bound)));
             }
+        }
+        if model.extra.drag > 0.0 {
+            let slowest = |body: &Body| 2.0 * body.mass / f64::from(body.sphere_count);
+            let bounds = model.bodies.iter().map(|body| slowest(body) / model.extra.drag);
+            let bound = bounds.fold(f64::INFINITY, f64::min);
+            all.damping = Some(all.damping.map_or(bound, |best| best.min(bound)));
         }
         all
     }
@@ -295,7 +304,7 @@ fn packed_bound(setting: &Setting<'_>) -> f64 {
         .into_iter()
         .collect();
     let stiffest = |material: u16| {
-        partners.iter().map(|other| setting.pair(material, *other).kn).fold(0.0, f64::max)
+        partners.iter().map(|other| setting.stiff_pair(material, *other).kn).fold(0.0, f64::max)
     };
     let mut order: Vec<(f64, u32)> = model
         .bodies
@@ -326,7 +335,7 @@ fn reach(spheres: &[Sphere]) -> f64 {
 fn packed_one(setting: &Setting<'_>, index: usize, partners: &[u16]) -> f64 {
     let model = setting.model;
     let body = &model.bodies[index];
-    let laws = || partners.iter().map(|other| setting.pair(body.material, *other));
+    let laws = || partners.iter().map(|other| setting.stiff_pair(body.material, *other));
     let most_of = |of: &dyn Fn(&Contact) -> f64| laws().map(of).fold(0.0, f64::max);
     let law = Contact {
         kn: most_of(&|law| law.kn),

@@ -472,7 +472,7 @@ fn each_link<'a>(
                 continue;
             }
             let normal = if distance > 0.0 { between / distance } else { Vec3::zeros() };
-            let law = setting.pair(ball.material, other.material);
+            let law = setting.stiff_pair(ball.material, other.material);
             let ends = [
                 ball.place - normal * (ball.radius - setting.share * overlap),
                 other.place + normal * (other.radius - setting.share * overlap),
@@ -495,7 +495,7 @@ fn each_link<'a>(
             let share = setting.share.min(0.5);
             let overlap = ball.radius - distance;
             let arm = ball.place - normal * (ball.radius - share * overlap) - centre(slot);
-            let law = setting.pair(ball.material, material);
+            let law = setting.stiff_pair(ball.material, material);
             let depth = 1.0 - distance / ball.radius;
             let arms = [arm, Vec3::zeros()];
             visit(Link { bodies: (ball.body, None), normal, arms, law, depth });

@@ -1,5 +1,6 @@
 //! What does not change during a run, laid out for the kernels.
 
+use super::extra::{self, Fixed};
 use super::law::Kept;
 use super::surface::Surfaces;
 use crate::model::{Contact, Dimension, History, Law, Model, Motion, Needs, Scheme, WallShape};
@@ -31,9 +32,12 @@ pub struct Setting<'a> {
     pub surfaces: Surfaces,
     /// Indices of plane walls in `model.walls`.
     pub planes: Vec<u16>,
+    /// Fixed values of forces besides the linear contact.
+    pub extra: Fixed,
     /// Parameters between spheres and their radius, if all are alike.
     pub alike: Option<(Contact, f64)>,
     table: Vec<Contact>,
+    stiff: Vec<Contact>,
     materials: usize,
 }
 
@@ -87,6 +91,8 @@ impl<'a> Setting<'a> {
             },
             surfaces: Surfaces::new(model),
             planes,
+            extra: Fixed::new(model),
+            stiff: extra::stiffened(model),
             alike: alike(model),
             table,
             materials,
@@ -106,6 +112,11 @@ impl<'a> Setting<'a> {
     #[inline(always)]
     pub fn pair(&self, a: u16, b: u16) -> &Contact {
         &self.table[a as usize * self.materials + b as usize]
+    }
+
+    /// The same with the stiffness of attraction and rolling added, for the step limit.
+    pub fn stiff_pair(&self, a: u16, b: u16) -> &Contact {
+        &self.stiff[a as usize * self.materials + b as usize]
     }
 
     /// Plane number `index` of [`Setting::planes`] at `time`, s.

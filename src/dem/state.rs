@@ -1,5 +1,6 @@
 //! What changes during a run: bodies, spheres in memory order, candidate lists.
 
+use super::extra::Links;
 use super::law::Book;
 use super::ledger::Ledger;
 use super::setting::Setting;
@@ -109,6 +110,8 @@ pub struct State {
     /// How far spheres and walls went in half a step when the lists were built, m;
     /// 0 where only the places of a force pass matter.
     pub sweep: f64,
+    /// Pairs with forces besides the linear contact.
+    pub links: Links,
     /// Energy book-keeping.
     pub ledger: Ledger,
 }
@@ -134,6 +137,7 @@ impl State {
             built_at: 0,
             rebuilds: 0,
             sweep: 0.0,
+            links: Links::default(),
             ledger: Ledger::default(),
         };
         // YADE stores velocities half a step early.

@@ -24,8 +24,10 @@ pub fn empty(scheme: Scheme, contact: Contact) -> Model {
         spheres: Vec::new(),
         materials: vec![Material { name: "grain".to_owned(), density: DENSITY }],
         contacts: ContactTable::uniform(1, contact),
+        extra: Extra::default(),
         walls: Vec::new(),
         gravity: Vec3::zeros(),
+        mutual: None,
         local_damping: 0.0,
         domain: Bounds { low: Vec3::repeat(-1.0), high: Vec3::repeat(1.0) },
         plan: Plan {

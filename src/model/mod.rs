@@ -3,6 +3,8 @@
 
 pub mod body;
 pub mod contact;
+pub mod extra;
+pub mod far;
 pub mod needs;
 pub mod plan;
 pub mod restitution;
@@ -12,6 +14,8 @@ pub mod wall;
 
 pub use body::{Body, Material, Sphere};
 pub use contact::{Contact, ContactTable};
+pub use extra::{Extra, PairForces};
+pub use far::{FarMethod, MutualGravity, TreeParameters};
 pub use needs::Needs;
 pub use plan::{Arm, Coulomb, Guard, History, Law, Plan, Scheme, StepReason};
 pub use run::{Cost, Outcome, Run, SeriesRow, Touch};
@@ -64,10 +68,14 @@ pub struct Model {
     pub materials: Vec<Material>,
     /// Contact parameters of every pair of materials.
     pub contacts: ContactTable,
+    /// Attraction, rolling resistance and drag; empty in most scenes.
+    pub extra: Extra,
     /// Walls, still or moving.
     pub walls: Vec<Wall>,
     /// Acceleration of gravity, m/s².
     pub gravity: Vec3,
+    /// Gravity between bodies, if any.
+    pub mutual: Option<MutualGravity>,
     /// Local (non-viscous) damping coefficient α of Cundall as YADE applies it,
     /// 0 for none: per axis, a ← a (1 − α sign(a (v + a Δt/2))).
     pub local_damping: f64,

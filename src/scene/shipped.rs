@@ -49,6 +49,11 @@ pub const SCENES: &[Shipped] = &[
         summary: "discs in two dimensions fall into a box",
         text: include_str!("../../templates/scenes/discs-2d.toml"),
     },
+    Shipped {
+        name: "star-cluster",
+        summary: "600 bodies attract each other from afar (tree code), fall together and collide",
+        text: include_str!("../../templates/scenes/star-cluster.toml"),
+    },
 ];
 
 /// The shipped scene called `name`.

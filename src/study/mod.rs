@@ -11,6 +11,7 @@ mod models;
 mod oblique;
 mod outside;
 mod packing;
+mod tree;
 
 use crate::num::Job;
 use crate::report::findings::Findings;
@@ -51,6 +52,11 @@ pub const STUDIES: &[Study] = &[
         key: "contact",
         summary: "restitution and oblique rebound of each scheme against closed forms, over the step and CPU time",
         run: contact::study,
+    },
+    Study {
+        key: "tree",
+        summary: "gravity between bodies: error of the tree code over θ and CPU time, n log n cost",
+        run: tree::study,
     },
     Study {
         key: "clump",

@@ -18,8 +18,10 @@ pub fn empty(scheme: Scheme, contact: Contact, density: f64) -> Model {
         spheres: Vec::new(),
         materials: vec![Material { name: "grain".to_owned(), density }],
         contacts: ContactTable::uniform(1, contact),
+        extra: crate::model::Extra::default(),
         walls: Vec::new(),
         gravity: Vec3::zeros(),
+        mutual: None,
         local_damping: 0.0,
         domain: Bounds { low: Vec3::repeat(-1.0), high: Vec3::repeat(1.0) },
         plan: Plan {

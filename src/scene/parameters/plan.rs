@@ -1,9 +1,10 @@
 //! Step, duration, gravity, damping, scheme.
 
 use super::LawParameters;
-use crate::model::{Guard, Law, Scheme};
+use crate::model::extra::Electrostatics;
+use crate::model::{Guard, Law, MutualGravity, Scheme};
 use crate::num::Fault;
-use crate::num::units::{Acceleration, Time};
+use crate::num::units::{Acceleration, Damping, Time};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{self, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -22,9 +23,18 @@ pub struct PlanParameters {
     /// Gravity vector. Default: 9.81 m/s² along −z (−y in two dimensions).
     #[serde(default)]
     pub gravity: Option<[Acceleration; 3]>,
+    /// Gravity between grains. Default: none.
+    #[serde(default)]
+    pub mutual_gravity: Option<MutualGravity>,
     /// Local (non-viscous) damping coefficient, 0 (default) up to but not including 1.
     #[serde(default)]
     pub local_damping: f64,
+    /// Global viscous damping: force −c v on every sphere. Default 0.
+    #[serde(default)]
+    pub viscous_drag: Damping,
+    /// Electrostatic forces between grains whose material has a `charge`. Default none.
+    #[serde(default)]
+    pub electrostatics: Option<Electrostatics>,
     /// Scheme of riprap's own DEM. Default `leapfrog`.
     #[serde(default = "leapfrog")]
     pub scheme: Scheme,
@@ -128,6 +138,13 @@ impl PlanParameters {
         {
             return Err(Fault::new("gravity[2]", "leaves the x–y plane", "0 in two dimensions"));
         }
+        if let Some(mutual) = &self.mutual_gravity {
+            mutual.validate().map_err(|fault| fault.under("mutual_gravity"))?;
+            if self.scheme == Scheme::Yade {
+                let problem = "is \"yade\", whose velocities lag half a step; YADE has no gravity between bodies that it could be compared with";
+                return Err(Fault::new("scheme", problem, "leapfrog, liggghts or path_averaged"));
+            }
+        }
         if !(0.0..1.0).contains(&self.local_damping) {
             let allowed = "0 up to but not including 1";
             return Err(Fault::new("local_damping", format!("is {}", self.local_damping), allowed));
@@ -140,6 +157,10 @@ impl PlanParameters {
                 let allowed = "0 (off) or greater, in the unit of the default";
                 return Err(Fault::new(format!("guard.{key}"), format!("is {value}"), allowed));
             }
+        }
+        Fault::not_negative("viscous_drag", self.viscous_drag.0)?;
+        if let Some(field) = &self.electrostatics {
+            field.validate().map_err(|fault| fault.under("electrostatics"))?;
         }
         self.law.validate(self.scheme)
     }

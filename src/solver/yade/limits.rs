@@ -26,6 +26,23 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
     if model.bodies.is_empty() {
         limits.push(Limit::refused("a deck needs at least one body"));
     }
+    let refused = [
+        (
+            needs.mutual_gravity,
+            "gravity between bodies: YADE has a central force towards one body only",
+        ),
+        (needs.cohesion, "cohesion: the ViscEl law has none of these kinds"),
+        (needs.bridges, "liquid bridges: riprap writes no ViscElCap deck"),
+        (needs.molecular, "molecular potentials: YADE has none"),
+        (needs.charges, "electrostatic forces: YADE has none"),
+        (needs.rolling, "resistance to rolling: that of the ViscEl law is another"),
+        (needs.drag, "viscous drag on every sphere: YADE has local damping only"),
+    ];
+    for (there, reason) in refused {
+        if there {
+            limits.push(Limit::refused(reason));
+        }
+    }
     if plan.law.tension && needs.normal_damping {
         limits.push(Limit::differs("the normal force never pulls: it is cut at 0 (ViscEl law)"));
     }
