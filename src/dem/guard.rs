@@ -228,7 +228,14 @@ fn gain(setting: &Setting<'_>, state: &State, guard: &Guard) -> Option<String> {
     }
     let row = ledger::row(setting, state);
     let taken = row.normal_dashpot + row.tangential_dashpot + row.slip + row.local_damping;
-    let there = row.kinetic + row.elastic + taken + row.wall_work.abs() + row.gravitational.abs();
+    let there = row.kinetic
+        + row.elastic
+        + taken
+        + row.rolling.abs()
+        + row.drag
+        + row.attraction.abs()
+        + row.wall_work.abs()
+        + row.gravitational.abs();
     (row.energy_error > guard.gain * there).then(|| {
         format!(
             "the energy ledger has {:.3e} J too much, {:.2} of all energy: the step {} s is too \
