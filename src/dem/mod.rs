@@ -59,6 +59,7 @@ mod walls;
 mod reference;
 #[cfg(test)]
 mod test_averaged;
+#[cfg(test)]
 mod test_extra;
 #[cfg(test)]
 mod test_far;
