@@ -5,8 +5,8 @@ use super::law::Rule;
 use super::setting::Setting;
 use super::state::{Load, State};
 use super::{
-    DemError, Observer, Summary, averaged_motion, checkpoint, extra, guard, ledger, limit, motion,
-    neighbours,
+    DemError, Observer, Summary, averaged_motion, bond, checkpoint, extra, guard, ledger, limit,
+    motion, neighbours, zeroing,
 };
 use crate::model::{Cost, Model, Outcome, Scheme};
 use crate::num::{Job, Vec3, clock};
@@ -30,7 +30,8 @@ pub fn simulate(
         return Err(DemError::StepTooLarge { step, limit: advice.limit, reason: advice.reason });
     }
     let deepest = advice.deepest.filter(|worst| worst.depth > model.plan.guard.overlap);
-    if let (Some(worst), true) = (deepest, model.plan.guard.overlap > 0.0 && resume.is_none()) {
+    let watched = model.plan.guard.overlap > 0.0 && model.plan.zero_every == 0;
+    if let (Some(worst), true) = (deepest, watched && resume.is_none()) {
         return Err(DemError::Overlap {
             worst: worst.to_string(),
             limit: model.plan.guard.overlap,
@@ -64,6 +65,7 @@ pub fn simulate(
         if stopped.is_some() && owed {
             motion::finish(&setting, &mut state);
         }
+        zeroing::apply(&setting, &mut state);
         if stopped.is_some() || is_due(&setting, state.step) {
             record(&setting, &mut state, observer, stopped.is_some())?;
         }
@@ -86,6 +88,7 @@ pub fn simulate(
     Ok(Summary {
         outcome,
         touches: ledger::touches(&setting, &state),
+        breaks: state.bonds.broken.clone(),
         cost: Cost {
             cpu_seconds: clock::since(cpu, begun),
             wall_seconds: begun.elapsed().as_secs_f64(),
@@ -147,7 +150,7 @@ fn one_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace, owed
         return false;
     }
     state.ledger.add_half();
-    if motion::advance(setting, state, owed) {
+    if motion::advance(setting, state, owed) | state.bonds.take_changed() {
         neighbours::rebuild(setting, state);
     }
     force_pass(setting, state, work, false);
@@ -164,6 +167,7 @@ fn is_due(setting: &Setting<'_>, step: u64) -> bool {
     let plan = &setting.model.plan;
     let every = |steps: u64| step.is_multiple_of(steps.max(1));
     step == plan.steps
+        || zeroing::due(plan, step)
         || every(plan.frame_every)
         || every(plan.series_every)
         || every(guard::EVERY)
@@ -172,7 +176,7 @@ fn is_due(setting: &Setting<'_>, step: u64) -> bool {
 
 /// Half a step, force pass, half a step.
 fn averaged_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace) {
-    if averaged_motion::first_half(setting, state) {
+    if averaged_motion::first_half(setting, state) | state.bonds.take_changed() {
         neighbours::rebuild(setting, state);
     }
     force_pass(setting, state, work, false);
@@ -195,6 +199,7 @@ pub(super) fn force_pass(
         bare_slip: setting.scheme == Scheme::Lammps,
     };
     let mut tally = evaluate(setting, state, work, &rule);
+    tally += bond::pass(setting, state, &rule, first);
     tally += extra::pass(setting, state, &rule);
     tally.drag_power = extra::drag(setting, state, first);
     if setting.planar {

@@ -102,8 +102,9 @@ impl Watch {
         if bound.is_some() {
             return bound;
         }
-        let deepest =
-            network.deepest().filter(|worst| guard.overlap > 0.0 && worst.depth > guard.overlap);
+        // A crowded packing that relaxes is deep in itself.
+        let watched = guard.overlap > 0.0 && setting.model.plan.zero_every == 0;
+        let deepest = network.deepest().filter(|worst| watched && worst.depth > guard.overlap);
         if let Some(worst) = deepest {
             return Some(format!(
                 "{worst}; use a stiffer contact, a smaller step or slower walls, or raise \

@@ -7,6 +7,7 @@
 //!   bodies); for clumps over the directions in which a sphere of it is not covered by others;
 //! - damping: c Δt/m_eff < 2 for any pair, touching or not. Also for `path_averaged`,
 //!   where a pair alone would only lose accuracy beyond it;
+//! - bonds: as network, their springs in the same blocks (see [`super::bond_limit`]);
 //! - attraction and rolling: their largest stiffness is added to kn and kt of the pair
 //!   (see [`super::extra::stiffened`]); drag c acts like a dashpot, c Δt/m < 2;
 //! - speed: no body moves more than a tenth of the smallest radius in a step.
@@ -14,6 +15,7 @@
 //! Contacts that form later are for the guard to watch.
 //! O(contacts) for the network, O(bodies × members²) for the rest.
 
+use super::bond_limit;
 use super::neighbours;
 use super::network::{self, Deepest, Link, Network, Stepping, Strand};
 use super::setting::Setting;
@@ -93,6 +95,8 @@ pub fn advise(model: &Model) -> Advice {
     let present = Network::new(&setting, &state, 0.0);
     let network = present.limit(enough).map(|bound| bound.step);
     let deepest = present.deepest();
+    let bonded = bond_limit::packed(&setting, &state, packed);
+    let contact_time = pairs.contact_time.min(bond_limit::shortest(model));
     let (now, fastest) = speeds(model);
     let smallest = model.spheres.iter().map(|s| s.radius).fold(f64::INFINITY, f64::min);
     let speed = (fastest > 0.0).then(|| 0.1 * smallest / fastest);
@@ -100,16 +104,16 @@ pub fn advise(model: &Model) -> Advice {
     let limits = [
         ("the contacts present at the start", network),
         ("a dense packing", Some(packed)),
+        ("the bonds", bonded),
         ("the dashpots", pairs.damping),
         ("half the smallest radius a step at the speeds of the start", start),
     ];
     let (limited_by, limit) = least(&limits);
     let accurate = match setting.scheme {
-        Scheme::PathAveraged => (
-            "a twentieth of the shortest contact",
-            Some(pairs.contact_time / STEPS_PER_AVERAGED_CONTACT),
-        ),
-        _ => ("a fiftieth of the shortest contact", Some(pairs.contact_time / STEPS_PER_CONTACT)),
+        Scheme::PathAveraged => {
+            ("a twentieth of the shortest contact", Some(contact_time / STEPS_PER_AVERAGED_CONTACT))
+        }
+        _ => ("a fiftieth of the shortest contact", Some(contact_time / STEPS_PER_CONTACT)),
     };
     // A lagging dashpot throws back what it should stop: at most an eighth of its velocity a step.
     let gentle = match setting.scheme {
@@ -129,7 +133,7 @@ pub fn advise(model: &Model) -> Advice {
         reason: format!(
             "{governs} governs ({step:.3e} s); the limit of {limit:.3e} s comes from {limited_by}"
         ),
-        contact_time: pairs.contact_time,
+        contact_time,
         network,
         packed,
         damping: pairs.damping,

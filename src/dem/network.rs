@@ -27,6 +27,7 @@
 //! eigenvalue problem a body; Lanczos about 45 passes. Later stages run only where the
 //! earlier cannot clear the step that is asked about.
 
+use super::bond_limit;
 use super::neighbours;
 use super::setting::Setting;
 use super::state::State;
@@ -265,6 +266,10 @@ impl<'a> Network<'a> {
             });
             largest = Some(delays.fold(largest.unwrap_or(0.0f64), f64::max));
         });
+        self.each_bond(|_, strand| {
+            let delay = if strand.dashpot > 0.0 { strand.dashpot / strand.stiffness } else { 0.0 };
+            largest = Some(largest.unwrap_or(0.0f64).max(delay));
+        });
         largest
     }
 
@@ -282,6 +287,10 @@ impl<'a> Network<'a> {
                     traces[other as usize] += second * k * strand.other.norm_squared();
                 }
             }
+        });
+        self.each_bond(|body, strand| {
+            let k = self.stepping.effective(strand, step);
+            traces[body as usize] += k * strand.mine.norm_squared();
         });
         let all = enough.is_infinite();
         let wanted: Vec<u32> = (0..count as u32)
@@ -308,6 +317,12 @@ impl<'a> Network<'a> {
                     add(other, true);
                 }
             });
+            self.each_bond(|body, strand| {
+                if let Ok(at) = chunk.binary_search(&body) {
+                    let k = self.stepping.effective(strand, step);
+                    blocks[at] += strand.mine * strand.mine.transpose() * k;
+                }
+            });
             for (body, block) in chunk.iter().zip(blocks) {
                 let top = SymmetricEigen::new(block).eigenvalues.max();
                 if top > best.0 {
@@ -316,6 +331,17 @@ impl<'a> Network<'a> {
             }
         }
         best
+    }
+
+    /// Calls `visit` for every body of every bond: springs that already count for a body alone.
+    fn each_bond(&self, mut visit: impl FnMut(u32, &Strand)) {
+        if self.setting.needs.bonds {
+            bond_limit::each_part(self.setting, self.state, |part| {
+                let (stiffness, dashpot) = (part.stiffness, part.stiffness * part.viscosity);
+                let (mine, other) = (part.way, Vector6::zeros());
+                visit(part.body, &Strand { mine, other, stiffness, dashpot });
+            });
+        }
     }
 
     /// Calls `visit` for every contact.
@@ -365,6 +391,10 @@ impl Chords {
             let second = link.bodies.1.map_or(first, &mut number);
             let active = strands.iter().filter(|s| s.stiffness > 0.0 || s.dashpot > 0.0);
             kept.extend(active.map(|strand| (first, second, *strand)));
+        });
+        network.each_bond(|body, strand| {
+            let place = number(body);
+            kept.push((place, place, *strand));
         });
         let seed = network.setting.model.seed;
         Self { stepping: network.stepping, seed, size: count as usize, strands: kept }
