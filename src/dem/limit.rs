@@ -297,6 +297,11 @@ fn size_of(model: &Model, body: &Body) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
+/// How far a damping ratio ζ shrinks the limit of an undamped mode.
+pub fn shrink(zeta: f64) -> f64 {
+    (1.0 + zeta * zeta).sqrt() - zeta
+}
+
 /// Bound for bodies surrounded by as many neighbours as can touch them: the
 /// least over the [`SAMPLE`] different bodies that are lightest for their reach.
 fn packed_bound(setting: &Setting<'_>) -> f64 {
