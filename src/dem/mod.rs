@@ -72,6 +72,8 @@ mod test_far;
 #[cfg(test)]
 mod test_network;
 #[cfg(test)]
+// Digits as the reference tables have them.
+#[allow(clippy::excessive_precision)]
 mod test_oracles;
 #[cfg(test)]
 mod test_physics;
