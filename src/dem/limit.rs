@@ -14,10 +14,14 @@
 //!   and the limits above shrink by √(1 + ζ²) − ζ, ζ = c/(2√(k m_eff)). The same holds
 //!   for `path_averaged`: implicit for a pair alone, where c Δt/m_eff > 2 loses
 //!   accuracy only, but each contact sees the forces of the others a step late.
+//! - bonds: as network, their springs in the same blocks (see [`super::bond_limit`]).
+//! - attraction and rolling: their largest stiffness is added to kn and kt of the pair
+//!   (see [`super::extra::stiffened`]); drag c acts like a dashpot, c Δt/m < 2.
 //! - speed: no body moves more than a tenth of the smallest radius in a step.
 //!
 //! O(contacts) for the network, O(bodies × members²) for the rest.
 
+use super::bond_limit;
 use super::neighbours;
 use super::setting::Setting;
 use super::state::State;
@@ -93,11 +97,13 @@ pub fn advise(model: &Model) -> Advice {
             impact_overlap: 0.0,
         };
     }
-    let pairs = Pairs::of(model);
+    let pairs = Pairs::of(&setting);
     let mut state = State::new(&setting);
     neighbours::rebuild(&setting, &mut state);
     let network = network_bound(&setting, &state, None).map(|bound| bound.step);
     let packed = packed_bound(&setting);
+    let bonded = bond_limit::packed(&setting, &state, packed);
+    let contact_time = pairs.contact_time.min(bond_limit::shortest(model));
     let (now, fastest) = speeds(model);
     let smallest = model.spheres.iter().map(|s| s.radius).fold(f64::INFINITY, f64::min);
     let speed = (fastest > 0.0).then(|| 0.1 * smallest / fastest);
@@ -105,16 +111,16 @@ pub fn advise(model: &Model) -> Advice {
     let limits = [
         ("the contacts present at the start", network),
         ("a dense packing", Some(packed)),
+        ("the bonds", bonded),
         ("the dashpots", pairs.damping),
         ("half the smallest radius a step at the speeds of the start", start),
     ];
     let (limited_by, limit) = least(&limits);
     let accurate = match setting.scheme {
-        Scheme::PathAveraged => (
-            "a twentieth of the shortest contact",
-            Some(pairs.contact_time / STEPS_PER_AVERAGED_CONTACT),
-        ),
-        _ => ("a fiftieth of the shortest contact", Some(pairs.contact_time / STEPS_PER_CONTACT)),
+        Scheme::PathAveraged => {
+            ("a twentieth of the shortest contact", Some(contact_time / STEPS_PER_AVERAGED_CONTACT))
+        }
+        _ => ("a fiftieth of the shortest contact", Some(contact_time / STEPS_PER_CONTACT)),
     };
     let choices = [
         accurate,
@@ -128,7 +134,7 @@ pub fn advise(model: &Model) -> Advice {
         reason: format!(
             "{governs} governs ({step:.3e} s); the limit of {limit:.3e} s comes from {limited_by}"
         ),
-        contact_time: pairs.contact_time,
+        contact_time,
         network,
         packed,
         damping: pairs.damping,
@@ -163,7 +169,8 @@ struct Pairs {
 }
 
 impl Pairs {
-    fn of(model: &Model) -> Self {
+    fn of(setting: &Setting<'_>) -> Self {
+        let model = setting.model;
         let lightest = |material: u16| {
             let masses = model.bodies.iter().filter(|b| b.material == material).map(|b| b.mass);
             masses.fold(f64::INFINITY, f64::min)
@@ -178,14 +185,14 @@ impl Pairs {
             for b in a..size {
                 let other = lightest(b);
                 if other.is_finite() && model.bodies.len() > 1 {
-                    met.push((model.contacts.between(a, b), mass * other / (mass + other)));
+                    met.push((setting.stiff_pair(a, b), mass * other / (mass + other)));
                 }
             }
-            met.extend(model.walls.iter().map(|w| (model.contacts.between(a, w.material), mass)));
+            met.extend(model.walls.iter().map(|w| (setting.stiff_pair(a, w.material), mass)));
         }
         if met.is_empty() {
             let body = &model.bodies[0];
-            met.push((model.contacts.between(body.material, body.material), body.mass));
+            met.push((setting.stiff_pair(body.material, body.material), body.mass));
         }
         let turning = if model.dimension == Dimension::Two { 3.0 } else { 3.5 };
         let mut all = Self { contact_time: f64::INFINITY, damping: None, softest: f64::INFINITY };
@@ -198,6 +205,12 @@ impl Pairs {
                 let bound = 2.0 * mass / dashpot;
                 all.damping = Some(all.damping.map_or(bound, |best| best.min(bound)));
             }
+        }
+        if model.extra.drag > 0.0 {
+            let slowest = |body: &Body| 2.0 * body.mass / f64::from(body.sphere_count);
+            let bounds = model.bodies.iter().map(|body| slowest(body) / model.extra.drag);
+            let bound = bounds.fold(f64::INFINITY, f64::min);
+            all.damping = Some(all.damping.map_or(bound, |best| best.min(bound)));
         }
         all
     }
@@ -303,7 +316,7 @@ struct Link<'a> {
 pub fn network_bound(setting: &Setting<'_>, state: &State, step: Option<f64>) -> Option<Bound> {
     let bodies = &setting.model.bodies;
     let mut crude = vec![(0.0f64, 0.0f64); bodies.len()];
-    let mut any = false;
+    let (mut any, mut viscosity) = (false, 0.0f64);
     each_link(setting, state, |link| {
         any = true;
         let body = &bodies[link.body as usize];
@@ -314,8 +327,18 @@ pub fn network_bound(setting: &Setting<'_>, state: &State, step: Option<f64>) ->
             link.weight * (link.law.kn.max(across) / body.mass + link.law.kn.max(across) * turning);
         entry.1 = entry.1.max(damping_ratio(setting, &link));
     });
+    bond_limit::each_part(setting, state, |part| {
+        any = true;
+        let entry = &mut crude[part.body as usize];
+        let own = part.stiffness * part.way.norm_squared();
+        entry.0 += own;
+        viscosity = viscosity.max(part.viscosity);
+    });
     if !any {
         return None;
+    }
+    for entry in crude.iter_mut().filter(|_| viscosity > 0.0) {
+        entry.1 = entry.1.max(0.5 * viscosity * entry.0.sqrt());
     }
     let pass = |entry: &(f64, f64)| {
         step.is_some_and(|step| entry.0 <= 0.0 || step <= shrink(entry.1) * 2.0 / entry.0.sqrt())
@@ -337,6 +360,11 @@ pub fn network_bound(setting: &Setting<'_>, state: &State, step: Option<f64>) ->
             add_link(&mut block.1, setting, &bodies[link.body as usize], turn, &link);
         }
     });
+    bond_limit::each_part(setting, state, |part| {
+        if let Some(block) = blocks.get_mut(place[part.body as usize] as usize) {
+            block.1 += part.way * part.way.transpose() * part.stiffness;
+        }
+    });
     blocks
         .into_iter()
         .map(|(body, block)| {
@@ -354,7 +382,7 @@ fn state_turn(setting: &Setting<'_>, state: &State, body: u32) -> crate::num::Ro
 }
 
 /// How far a damping ratio ζ shrinks the limit of an undamped mode.
-fn shrink(zeta: f64) -> f64 {
+pub(super) fn shrink(zeta: f64) -> f64 {
     (1.0 + zeta * zeta).sqrt() - zeta
 }
 
@@ -428,7 +456,7 @@ fn each_link<'a>(setting: &'a Setting<'_>, state: &State, mut visit: impl FnMut(
                 continue;
             }
             let normal = between / distance;
-            let law = setting.pair(ball.material, other.material);
+            let law = setting.stiff_pair(ball.material, other.material);
             let second = bodies[other.body as usize].mass;
             let effective = mass * second / (mass + second);
             let point = ball.place - normal * (ball.radius - 0.5 * overlap);
@@ -444,7 +472,7 @@ fn each_link<'a>(setting: &'a Setting<'_>, state: &State, mut visit: impl FnMut(
             }
             let normal = away / distance;
             let arm = ball.place - normal * (0.5 * (ball.radius + distance)) - centre(slot);
-            let law = setting.pair(ball.material, material);
+            let law = setting.stiff_pair(ball.material, material);
             visit(Link { body: ball.body, normal, arm, law, weight: 1.0, mass });
         };
         for k in entries(&state.planes, slot) {
@@ -472,7 +500,7 @@ fn packed_bound(setting: &Setting<'_>) -> f64 {
         .into_iter()
         .collect();
     let stiffest = |material: u16| {
-        partners.iter().map(|other| setting.pair(material, *other).kn).fold(0.0, f64::max)
+        partners.iter().map(|other| setting.stiff_pair(material, *other).kn).fold(0.0, f64::max)
     };
     let mut order: Vec<(f64, u32)> = model
         .bodies
@@ -503,7 +531,7 @@ fn reach(spheres: &[Sphere]) -> f64 {
 fn packed_one(setting: &Setting<'_>, index: usize, partners: &[u16]) -> f64 {
     let model = setting.model;
     let body = &model.bodies[index];
-    let laws = partners.iter().map(|other| setting.pair(body.material, *other));
+    let laws = partners.iter().map(|other| setting.stiff_pair(body.material, *other));
     let kn = laws.clone().map(|law| law.kn).fold(0.0, f64::max);
     let kt = laws.clone().map(tangential).fold(0.0, f64::max);
     let zeta = laws

@@ -29,13 +29,20 @@
 //! edges is in [`surface`]. YADE's `wall` keeps its side when a centre crosses it;
 //! ours turns the normal round, as LIGGGHTS does.
 
+mod attraction;
 mod averaged;
 mod averaged_loops;
 mod averaged_motion;
 mod averaged_pass;
+mod bond;
+mod bond_law;
+mod bond_limit;
 mod checkpoint;
 mod contacts;
 mod drive;
+mod extra;
+mod far;
+mod far_tree;
 mod forces;
 mod guard;
 mod law;
@@ -43,16 +50,28 @@ mod ledger;
 pub mod limit;
 mod motion;
 mod neighbours;
+mod rolling;
 mod setting;
 mod state;
 mod surface;
 mod turn;
 mod walls;
+mod zeroing;
 
 #[cfg(test)]
 mod reference;
 #[cfg(test)]
 mod test_averaged;
+#[cfg(test)]
+mod test_bonds;
+#[cfg(test)]
+mod test_extra;
+#[cfg(test)]
+mod test_far;
+#[cfg(test)]
+// Digits as the reference tables have them.
+#[allow(clippy::excessive_precision)]
+mod test_oracles;
 #[cfg(test)]
 mod test_physics;
 #[cfg(test)]
@@ -60,9 +79,13 @@ mod test_runs;
 #[cfg(test)]
 mod test_scenes;
 
+pub use far::attraction;
+pub use far_tree::Pull;
 pub use limit::{Advice, advise};
 
-use crate::model::{Cost, Coulomb, Frame, History, Model, Outcome, Run, Scheme, SeriesRow, Touch};
+use crate::model::{
+    Break, Cost, Coulomb, Frame, History, Model, Outcome, Run, Scheme, SeriesRow, Touch,
+};
 use crate::num::Job;
 use crate::num::entry::MethodEntry;
 
@@ -83,6 +106,8 @@ pub struct Summary {
     pub outcome: Outcome,
     /// Sphere–sphere contacts at the end; tangential: the spring's part.
     pub touches: Vec<Touch>,
+    /// Bonds that broke, in the order of time.
+    pub breaks: Vec<Break>,
     /// Time and memory.
     pub cost: Cost,
     /// What was known about the step beforehand.
@@ -133,6 +158,7 @@ pub fn run(model: &Model, job: &Job) -> Result<Run, DemError> {
         outcome: summary.outcome,
         frames: kept.frames,
         touches: Some(summary.touches),
+        breaks: Some(summary.breaks),
         series: kept.rows,
         cost: summary.cost,
         notes: Vec::new(),
@@ -187,6 +213,20 @@ pub const METHODS: &[MethodEntry] = &[
         summary: "drift-kick-drift with forces averaged over the path of a step and implicit dashpots; second order where contacts begin and end",
         source: "own; drift: Swope et al. 1982; clumps: Dullweber, Leimkuhler & McLachlan 1997",
         example: r#"plan.scheme = "path_averaged""#,
+    },
+    MethodEntry {
+        key: "all_pairs",
+        id: "mutual gravity, D6",
+        summary: "gravity between all pairs of bodies, exact, cost n²",
+        source: "Newton 1687; softening: Plummer 1911",
+        example: r#"plan.mutual_gravity = { method = "all_pairs" }"#,
+    },
+    MethodEntry {
+        key: "tree",
+        id: "mutual gravity, D6",
+        summary: "gravity between bodies, far groups as one with their second moments, cost n log n",
+        source: "Barnes & Hut 1986; criterion: Barnes 1994",
+        example: r#"plan.mutual_gravity = { method = { tree = { theta = 0.5 } } }"#,
     },
     MethodEntry {
         key: "lammps",
@@ -244,6 +284,118 @@ pub const METHODS: &[MethodEntry] = &[
         source: "",
         example: r#"plan.law.variant = { coulomb = "spring", history = "projected", arm = "radius" }"#,
     },
+    MethodEntry {
+        key: "bonded",
+        id: "D9",
+        summary: "grains of spheres joined by contact bonds (strengths in N) or beams (strengths in Pa) that break",
+        source: "Potyondy & Cundall 2004; large rotations: Wang 2009",
+        example: r#"body.bonded = { law.contact = { tension = "1 N", shear = "0.5 N" } }"#,
+    },
+    MethodEntry {
+        key: "linear",
+        id: "D5",
+        summary: "constant pull in contact that falls off linearly over a range",
+        source: "",
+        example: r#"contact = { kn = "10 kN/m", cohesion.linear = { pull = "1 mN", range = "10 um" } }"#,
+    },
+    MethodEntry {
+        key: "sjkr",
+        id: "D5",
+        summary: "cohesion energy density times contact circle, as in LIGGGHTS; exported",
+        source: "LIGGGHTS-PUBLIC 3.8.0; after Johnson, Kendall & Roberts 1971",
+        example: r#"contact = { kn = "10 kN/m", cohesion.sjkr = { energy_density = "50 kJ/m3" } }"#,
+    },
+    MethodEntry {
+        key: "sjkr2",
+        id: "D5",
+        summary: "the same with an area linear in the overlap; exported",
+        source: "LIGGGHTS-PUBLIC 3.8.0",
+        example: r#"contact = { kn = "10 kN/m", cohesion.sjkr2 = { energy_density = "50 kJ/m3" } }"#,
+    },
+    MethodEntry {
+        key: "dmt",
+        id: "D5",
+        summary: "constant pull 2 pi w R* in contact",
+        source: "Derjaguin, Muller & Toporov 1975",
+        example: r#"contact = { kn = "10 kN/m", cohesion.dmt = { work = "50 mJ/m2" } }"#,
+    },
+    MethodEntry {
+        key: "jkr",
+        id: "D5",
+        summary: "constant pull of the JKR pull-off force, 3/2 pi w R*, in contact; without its neck",
+        source: "Johnson, Kendall & Roberts 1971",
+        example: r#"contact = { kn = "10 kN/m", cohesion.jkr = { work = "50 mJ/m2" } }"#,
+    },
+    MethodEntry {
+        key: "bridge",
+        id: "D5",
+        summary: "liquid bridges of constant volume: form at contact, break at (1 + angle/2) V^(1/3)",
+        source: "Willett et al. 2000; Lian, Thornton & Adams 1993",
+        example: r#"contact = { kn = "10 kN/m", bridge = { surface_tension = "72 mN/m", volume = "1 nl" } }"#,
+    },
+    MethodEntry {
+        key: "electrostatics",
+        id: "D5",
+        summary: "charges on bodies, Coulomb's law with a cut-off",
+        source: "Coulomb 1785; shifted force: Toxvaerd & Dyre 2011",
+        example: r#"plan.electrostatics = { cutoff = "5 cm" }"#,
+    },
+    MethodEntry {
+        key: "van_der_waals",
+        id: "D7",
+        summary: "attraction of solid spheres and planes, exact in the gap, with a least gap and a cut-off",
+        source: "Hamaker 1937",
+        example: r#"contact = { kn = "10 kN/m", van_der_waals = { hamaker = "100 zJ", least_gap = "1 nm", cutoff = "100 nm" } }"#,
+    },
+    MethodEntry {
+        key: "born_mayer",
+        id: "D7",
+        summary: "exponential (Pauli) repulsion in the gap",
+        source: "Born & Mayer 1932",
+        example: r#"contact = { kn = "10 kN/m", born_mayer = { strength = "1 eV", decay = "0.3 nm", cutoff = "5 nm" } }"#,
+    },
+    MethodEntry {
+        key: "lennard_jones",
+        id: "D7",
+        summary: "12-6 potential between centres",
+        source: "Lennard-Jones 1931",
+        example: r#"contact = { kn = "10 kN/m", lennard_jones = { depth = "1 eV", size = "3 nm", cutoff = "9 nm" } }"#,
+    },
+    MethodEntry {
+        key: "cdt",
+        id: "rolling",
+        summary: "constant directional torque; exported",
+        source: "Zhou et al. 1999; as in LIGGGHTS-PUBLIC 3.8.0",
+        example: r#"contact = { kn = "10 kN/m", friction = 0.5, rolling.cdt = { coefficient = 0.1 } }"#,
+    },
+    MethodEntry {
+        key: "epsd",
+        id: "rolling",
+        summary: "elastic-plastic rolling spring with dashpot; exported",
+        source: "Iwashita & Oda 1998; Ai et al. 2011",
+        example: r#"contact = { kn = "10 kN/m", friction = 0.5, rolling.epsd = { coefficient = 0.1, damping = 0.3 } }"#,
+    },
+    MethodEntry {
+        key: "epsd2",
+        id: "rolling",
+        summary: "elastic-plastic rolling spring of the tangential stiffness; exported",
+        source: "Iwashita & Oda 1998; as in LIGGGHTS-PUBLIC 3.8.0",
+        example: r#"contact = { kn = "10 kN/m", friction = 0.5, rolling.epsd2 = { coefficient = 0.1 } }"#,
+    },
+    MethodEntry {
+        key: "local_damping",
+        id: "damping",
+        summary: "local (non-viscous) damping of accelerations; exported to YADE",
+        source: "Cundall 1982; as in YADE 2023.02a",
+        example: r#"plan.local_damping = 0.3"#,
+    },
+    MethodEntry {
+        key: "viscous_drag",
+        id: "damping",
+        summary: "global viscous damping, force -c v on every sphere; exported to LIGGGHTS (fix viscous)",
+        source: "LIGGGHTS-PUBLIC 3.8.0",
+        example: r#"plan.viscous_drag = "0.1 N s/m""#,
+    },
 ];
 
 /// Refuses what the model's invariants exclude but a kernel would turn into nonsense.
@@ -280,6 +432,10 @@ fn usable(model: &Model) -> Result<(), DemError> {
             return fault(format!("sphere {index} has the radius {} m", sphere.radius));
         }
     }
+    bonds_usable(model)?;
+    if let Some(problem) = extra::problem(model) {
+        return fault(problem);
+    }
     let size = model.contacts.size() as u16;
     for (a, b) in (0..size).flat_map(|a| (a..size).map(move |b| (a, b))) {
         let law = model.contacts.between(a, b);
@@ -290,6 +446,38 @@ fn usable(model: &Model) -> Result<(), DemError> {
                 "the contact between materials {a} and {b} needs kn > 0 and finite kt, cn, ct, friction of at least 0"
             ));
         }
+    }
+    Ok(())
+}
+
+fn bonds_usable(model: &Model) -> Result<(), DemError> {
+    let fault = |index: usize, what: &str| Err(DemError::Unusable(format!("bond {index} {what}")));
+    let needs = model.needs();
+    if needs.bonds && (needs.cohesion || needs.bridges || needs.rolling || needs.molecular) {
+        return Err(DemError::Unusable(
+            "bonds together with attraction or resistance to rolling are not done: the contact that a \
+             broken bond leaves would lack them"
+                .to_owned(),
+        ));
+    }
+    let mut pairs: Vec<(u32, u32)> = Vec::with_capacity(model.bonds.len());
+    for (index, bond) in model.bonds.iter().enumerate() {
+        let of = |sphere: u32| model.spheres.get(sphere as usize).map(|s| s.body);
+        let (Some(one), Some(two)) = (of(bond.first), of(bond.second)) else {
+            return fault(index, "joins a sphere that does not exist");
+        };
+        if one == two || bond.first >= bond.second {
+            return fault(index, "must join spheres of two bodies, the lower number first");
+        }
+        if let Some(what) = bond.fault() {
+            return fault(index, what);
+        }
+        pairs.push((bond.first, bond.second));
+    }
+    pairs.sort_unstable();
+    if let Some(twice) = pairs.windows(2).find(|two| two[0] == two[1]) {
+        let (a, b) = twice[0];
+        return Err(DemError::Unusable(format!("spheres {a} and {b} have two bonds")));
     }
     Ok(())
 }

@@ -1,5 +1,7 @@
 //! What does not change during a run, laid out for the kernels.
 
+use super::bond;
+use super::extra::{self, Fixed};
 use super::law::Kept;
 use super::surface::Surfaces;
 use crate::model::{Contact, Dimension, History, Law, Model, Motion, Needs, Scheme, WallShape};
@@ -31,9 +33,14 @@ pub struct Setting<'a> {
     pub surfaces: Surfaces,
     /// Indices of plane walls in `model.walls`.
     pub planes: Vec<u16>,
+    /// Bonds between bodies.
+    pub bonds: bond::Table,
+    /// Fixed values of forces besides the linear contact.
+    pub extra: Fixed,
     /// Parameters between spheres and their radius, if all are alike.
     pub alike: Option<(Contact, f64)>,
     table: Vec<Contact>,
+    stiff: Vec<Contact>,
     materials: usize,
 }
 
@@ -66,7 +73,7 @@ impl<'a> Setting<'a> {
         let planes = (0..model.walls.len() as u16)
             .filter(|w| matches!(model.walls[*w as usize].shape, WallShape::Plane { .. }))
             .collect();
-        Self {
+        let mut setting = Self {
             model,
             needs,
             scheme: plan.scheme,
@@ -87,10 +94,15 @@ impl<'a> Setting<'a> {
             },
             surfaces: Surfaces::new(model),
             planes,
+            bonds: bond::Table::default(),
+            extra: Fixed::new(model),
+            stiff: extra::stiffened(model),
             alike: alike(model),
             table,
             materials,
-        }
+        };
+        setting.bonds = bond::Table::new(&setting);
+        setting
     }
 
     /// Time of the force pass that belongs to step `step`, s: the middle of the step
@@ -106,6 +118,11 @@ impl<'a> Setting<'a> {
     #[inline(always)]
     pub fn pair(&self, a: u16, b: u16) -> &Contact {
         &self.table[a as usize * self.materials + b as usize]
+    }
+
+    /// The same with the stiffness of attraction and rolling added, for the step limit.
+    pub fn stiff_pair(&self, a: u16, b: u16) -> &Contact {
+        &self.stiff[a as usize * self.materials + b as usize]
     }
 
     /// Plane number `index` of [`Setting::planes`] at `time`, s.

@@ -1,5 +1,7 @@
 //! What changes during a run: bodies, spheres in memory order, candidate lists.
 
+use super::bond::Bonds;
+use super::extra::Links;
 use super::law::Book;
 use super::ledger::Ledger;
 use super::setting::Setting;
@@ -109,6 +111,10 @@ pub struct State {
     /// How far spheres and walls went in half a step when the lists were built, m;
     /// 0 where only the places of a force pass matter.
     pub sweep: f64,
+    /// What changes of the bonds.
+    pub bonds: Bonds,
+    /// Pairs with forces besides the linear contact.
+    pub links: Links,
     /// Energy book-keeping.
     pub ledger: Ledger,
 }
@@ -134,6 +140,8 @@ impl State {
             built_at: 0,
             rebuilds: 0,
             sweep: 0.0,
+            bonds: Bonds::new(setting),
+            links: Links::default(),
             ledger: Ledger::default(),
         };
         // YADE stores velocities half a step early.

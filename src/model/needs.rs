@@ -19,6 +19,8 @@ pub struct Needs {
     pub materials: bool,
     /// Gravity is not zero.
     pub gravity: bool,
+    /// Gravity between bodies.
+    pub mutual_gravity: bool,
     /// Some contact has μ > 0 and kt or ct > 0: tangential force, history and rotation.
     pub friction: bool,
     /// Some contact has cn > 0.
@@ -27,6 +29,18 @@ pub struct Needs {
     pub tangential_damping: bool,
     /// Local (non-viscous) damping.
     pub local_damping: bool,
+    /// Attraction in contact.
+    pub cohesion: bool,
+    /// Liquid bridges.
+    pub bridges: bool,
+    /// Van der Waals, Born-Mayer or Lennard-Jones forces.
+    pub molecular: bool,
+    /// Electrostatic forces.
+    pub charges: bool,
+    /// Resistance to rolling.
+    pub rolling: bool,
+    /// Drag on every sphere.
+    pub drag: bool,
     /// At least one plane wall along an axis.
     pub planes: bool,
     /// At least one plane wall that is not along an axis.
@@ -37,7 +51,13 @@ pub struct Needs {
     pub sliding_walls: bool,
     /// At least one wall that rotates.
     pub turning_walls: bool,
-    /// Bodies turn: friction, or clumps, or a spin at the start.
+    /// Bonds between bodies.
+    pub bonds: bool,
+    /// Some bond has a dashpot.
+    pub bond_damping: bool,
+    /// Velocities are set to zero now and then.
+    pub zeroing: bool,
+    /// Bodies turn: friction, or clumps, or bonds, or a spin at the start.
     pub rotation: bool,
 }
 
@@ -59,10 +79,19 @@ impl Needs {
             sizes: model.spheres.iter().any(|sphere| Some(sphere.radius) != first),
             materials: model.materials.len() > 1,
             gravity: model.gravity.norm_squared() > 0.0,
+            mutual_gravity: model.mutual.is_some(),
             friction,
             normal_damping: pairs().any(|c| c.cn > 0.0),
             tangential_damping: friction && pairs().any(|c| c.ct > 0.0),
             local_damping: model.local_damping > 0.0,
+            cohesion: model.extra.any(|f| f.cohesion.is_some()),
+            bridges: model.extra.any(|f| f.bridge.is_some()),
+            molecular: model.extra.any(|f| {
+                f.van_der_waals.is_some() || f.born_mayer.is_some() || f.lennard_jones.is_some()
+            }),
+            charges: model.extra.charges.is_some(),
+            rolling: model.extra.any(|f| f.rolling.is_some()),
+            drag: model.extra.drag > 0.0,
             planes: wall(&|w| w.shape.axis_plane().is_some()),
             oblique_planes: wall(&|w| {
                 matches!(w.shape, WallShape::Plane { .. }) && w.shape.axis_plane().is_none()
@@ -70,14 +99,23 @@ impl Needs {
             meshes: wall(&|w| matches!(w.shape, WallShape::Mesh { .. })),
             sliding_walls: wall(&|w| matches!(w.motion, Motion::Translate { .. })),
             turning_walls: wall(&|w| matches!(w.motion, Motion::Rotate { .. })),
+            bonds: !model.bonds.is_empty(),
+            bond_damping: model.bonds.iter().any(|bond| bond.viscosity > 0.0),
+            zeroing: model.plan.zero_every > 0,
             rotation: friction
                 || clumps
+                || !model.bonds.is_empty()
                 || model.bodies.iter().any(|body| body.spin.norm_squared() > 0.0),
         }
     }
 
+    /// Whether the pass for forces besides the linear contact is made at all.
+    pub fn extra(&self) -> bool {
+        self.cohesion || self.bridges || self.molecular || self.charges || self.rolling
+    }
+
     /// Every need with its key, what it is for people, and whether this scene has it.
-    pub fn table(&self) -> [(&'static str, &'static str, bool); 16] {
+    pub fn table(&self) -> [(&'static str, &'static str, bool); 26] {
         [
             ("discs", "two dimensions (discs of unit thickness)", self.discs),
             ("spheres", "single spheres", self.spheres),
@@ -85,15 +123,25 @@ impl Needs {
             ("sizes", "radius of each sphere", self.sizes),
             ("materials", "table of material pairs", self.materials),
             ("gravity", "gravity", self.gravity),
+            ("mutual_gravity", "gravity between bodies", self.mutual_gravity),
             ("friction", "friction and tangential history", self.friction),
             ("normal_damping", "normal dashpot", self.normal_damping),
             ("tangential_damping", "tangential dashpot", self.tangential_damping),
             ("local_damping", "local (non-viscous) damping", self.local_damping),
+            ("cohesion", "attraction in contact", self.cohesion),
+            ("bridges", "liquid bridges", self.bridges),
+            ("molecular", "van der Waals and repulsive potentials", self.molecular),
+            ("charges", "electrostatic forces", self.charges),
+            ("rolling", "resistance to rolling", self.rolling),
+            ("drag", "viscous drag on every sphere", self.drag),
             ("planes", "plane walls along the axes", self.planes),
             ("oblique_planes", "oblique plane walls", self.oblique_planes),
             ("meshes", "mesh walls", self.meshes),
             ("sliding_walls", "walls that translate", self.sliding_walls),
             ("turning_walls", "walls that rotate", self.turning_walls),
+            ("bonds", "bonds between bodies", self.bonds),
+            ("bond_damping", "dashpots in bonds", self.bond_damping),
+            ("zeroing", "velocities set to zero every so many steps", self.zeroing),
             ("rotation", "rotation of bodies", self.rotation),
         ]
     }

@@ -1,6 +1,7 @@
 //! What a scene file may say. Parameters of methods live beside the methods;
 //! here they are put together.
 
+mod bond;
 mod contact;
 mod family;
 mod law;
@@ -8,6 +9,7 @@ mod output;
 mod plan;
 mod walls;
 
+pub use bond::{BeamBond, BondLaw, BondParameters, ContactBond, Hold, SolidBond};
 pub use contact::{ContactParameters, MaterialParameters, PairParameters};
 pub use family::{Family, Size, UniformSize};
 pub use law::{LawParameters, VariantParameters};
@@ -91,10 +93,14 @@ impl Scene {
                 note(Err(Fault::new("name", problem, "a name of its own").under(&here)));
             }
         }
-        note(self.contact.validate().map_err(|fault| fault.under("contact")));
+        note(self.contact.validate_for(self.dimension).map_err(|fault| fault.under("contact")));
         for (index, pair) in self.pairs.iter().enumerate() {
             let here = format!("pairs[{index}]");
-            note(pair.contact.validate().map_err(|fault| fault.under("contact").under(&here)));
+            note(
+                pair.contact
+                    .validate_for(self.dimension)
+                    .map_err(|fault| fault.under("contact").under(&here)),
+            );
             for (side, name) in pair.between.iter().enumerate() {
                 let key = format!("between[{side}]");
                 note(self.known_material(name, &key).map_err(|fault| fault.under(&here)));
@@ -112,6 +118,11 @@ impl Scene {
         }
         note(self.packing.validate().map_err(|fault| fault.under("packing")));
         note(self.plan.validate(self.dimension).map_err(|fault| fault.under("plan")));
+        let charged = self.materials.values().any(|m| m.charge.is_some_and(|q| q.0 != 0.0));
+        if charged && self.plan.electrostatics.is_none() {
+            let problem = "is missing, though a material has a charge";
+            note(Err(Fault::new("plan.electrostatics", problem, "a table with `cutoff`")));
+        }
         note(self.output.validate().map_err(|fault| fault.under("output")));
         note(self.compare.validate().map_err(|fault| fault.under("compare")));
         faults

@@ -2,7 +2,7 @@
 
 use crate::geometry::{Bounds, Mesh};
 use crate::model::{
-    Body, Contact, ContactTable, Dimension, Material, Model, Motion, Plan, Scheme, Sphere,
+    Body, Contact, ContactTable, Dimension, Extra, Material, Model, Motion, Plan, Scheme, Sphere,
     StepReason, Wall, WallShape,
 };
 use crate::num::{Rotation, Vec3};
@@ -20,10 +20,13 @@ pub fn empty(dimension: Dimension, contact: Contact) -> Model {
         seed: 7,
         bodies: Vec::new(),
         spheres: Vec::new(),
+        bonds: Vec::new(),
         materials: vec![Material { name: "stone".into(), density: 2500.0 }],
         contacts: ContactTable::uniform(1, contact),
+        extra: Extra::default(),
         walls: Vec::new(),
         gravity: Vec3::zeros(),
+        mutual: None,
         local_damping: 0.0,
         domain: Bounds { low: Vec3::repeat(-0.02), high: Vec3::repeat(0.02) },
         plan: Plan {
@@ -35,6 +38,8 @@ pub fn empty(dimension: Dimension, contact: Contact) -> Model {
             checkpoint_every: 0,
             scheme: Scheme::Liggghts,
             law: Scheme::Liggghts.law(),
+            zero_every: 0,
+            zero_until: 0,
             insist: false,
         },
     }

@@ -1,7 +1,9 @@
 //! What LIGGGHTS 3.8.0 cannot express or does in its own way.
 
+use super::values;
 use crate::geometry::Mesh;
-use crate::model::{Arm, Coulomb, History, Model, WallShape};
+use crate::model::extra::{Cohesion, Rolling};
+use crate::model::{Arm, Coulomb, History, Model, PairForces, WallShape};
 use crate::solver::mesh_check::{MeshFacts, inspect};
 use crate::solver::{Limit, finite};
 
@@ -33,11 +35,27 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
     if model.bodies.is_empty() {
         limits.push(Limit::refused("a deck needs at least one body"));
     }
+    if needs.zeroing {
+        limits.push(Limit::refused(
+            "velocities set to zero every so many steps: LIGGGHTS would have to split its run, which repeats the set-up pass; settle in riprap first",
+        ));
+    }
+    if needs.bonds {
+        limits.push(Limit::refused(
+            "bonds: LIGGGHTS-PUBLIC 3.8.0 has harmonic springs only, without shear, moments, damping or breakage; use YADE or rigid clumps",
+        ));
+    }
+    if needs.mutual_gravity {
+        limits.push(Limit::refused(
+            "gravity between bodies: LIGGGHTS has no such force; a deck without it would run another model",
+        ));
+    }
     if needs.local_damping {
         limits.push(Limit::refused(
             "local (non-viscous) damping: LIGGGHTS has none; a deck without it would run another model",
         ));
     }
+    extra(model, limits);
     if needs.friction && needs.tangential_damping && plan.law.coulomb != Coulomb::SpringThenDashpot
     {
         limits.push(Limit::differs(
@@ -55,6 +73,59 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
     if needs.clumps && !plan.scheme.is_richardson() {
         limits.push(Limit::differs(
             "clumps turn by LAMMPS' Richardson-corrected quaternion step of fix rigid",
+        ));
+    }
+}
+
+/// Forces besides the linear contact: one cohesion and one rolling model for the whole scene, of
+/// those that LIGGGHTS shares with us.
+fn extra(model: &Model, limits: &mut Vec<Limit>) {
+    let needs = model.needs();
+    let refused = [
+        (needs.bridges, "liquid bridges: LIGGGHTS' capillary models are other formulas"),
+        (needs.molecular, "molecular potentials: LIGGGHTS-PUBLIC has none"),
+        (needs.charges, "electrostatic forces: LIGGGHTS-PUBLIC has none"),
+        (
+            needs.drag && needs.clumps && !values::points(model).is_empty(),
+            "drag on clumps whose centre of mass lies outside the hull of their sphere centres: the point that carries their mass would be slowed too",
+        ),
+        (
+            needs.clumps
+                && model.extra.any(
+                    |f| matches!(f.rolling, Some(Rolling::Epsd { damping, .. }) if damping > 0.0),
+                ),
+            "damped rolling (epsd) of clumps: LIGGGHTS takes the masses of single spheres of the clump",
+        ),
+    ];
+    for (there, reason) in refused {
+        if there {
+            limits.push(Limit::refused(reason));
+        }
+    }
+    let other = |f: &PairForces| {
+        !matches!(f.cohesion, None | Some(Cohesion::Sjkr { .. } | Cohesion::Sjkr2 { .. }))
+    };
+    if model.extra.any(other) {
+        limits.push(Limit::refused("cohesion other than sjkr and sjkr2: LIGGGHTS has none"));
+    }
+    if values::cohesion_model(model).is_none() {
+        limits
+            .push(Limit::refused("two kinds of cohesion: LIGGGHTS takes one for the whole scene"));
+    }
+    if values::rolling_model(model).is_none() {
+        limits.push(Limit::refused(
+            "two kinds of rolling resistance: LIGGGHTS takes one for the whole scene",
+        ));
+    }
+    let spins = |body: &crate::model::Body| body.sphere_count > 1 && body.spin.norm() > 0.0;
+    if needs.drag && model.bodies.iter().any(spins) {
+        limits.push(Limit::differs(
+            "in the first half step drag sees the spheres of a spinning clump at the velocity of its centre",
+        ));
+    }
+    if needs.rolling && needs.meshes {
+        limits.push(Limit::differs(
+            "rolling resistance acts at every face of a mesh that touches, not at the deepest only",
         ));
     }
 }

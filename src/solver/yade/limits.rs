@@ -1,6 +1,6 @@
 //! What YADE 2023.02a cannot express or does in its own way.
 
-use super::values;
+use super::{bonds, values};
 use crate::model::{Arm, Coulomb, History, Model, Scheme, WallShape};
 use crate::solver::{Limit, finite};
 
@@ -25,6 +25,28 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
     let (needs, plan) = (model.needs(), &model.plan);
     if model.bodies.is_empty() {
         limits.push(Limit::refused("a deck needs at least one body"));
+    }
+    if needs.zeroing && needs.clumps {
+        limits
+            .push(Limit::refused("velocities set to zero every so many steps, with rigid clumps"));
+    }
+    limits.extend(bonds::limits(model));
+    let refused = [
+        (
+            needs.mutual_gravity,
+            "gravity between bodies: YADE has a central force towards one body only",
+        ),
+        (needs.cohesion, "cohesion: the ViscEl law has none of these kinds"),
+        (needs.bridges, "liquid bridges: riprap writes no ViscElCap deck"),
+        (needs.molecular, "molecular potentials: YADE has none"),
+        (needs.charges, "electrostatic forces: YADE has none"),
+        (needs.rolling, "resistance to rolling: that of the ViscEl law is another"),
+        (needs.drag, "viscous drag on every sphere: YADE has local damping only"),
+    ];
+    for (there, reason) in refused {
+        if there {
+            limits.push(Limit::refused(reason));
+        }
     }
     if plan.law.tension && needs.normal_damping {
         limits.push(Limit::differs("the normal force never pulls: it is cut at 0 (ViscEl law)"));
