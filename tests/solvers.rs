@@ -20,12 +20,14 @@ fn model(dimension: Dimension, contact: Contact) -> Model {
         dimension,
         seed: 1,
         bodies: Vec::new(),
+        bonds: Vec::new(),
         spheres: Vec::new(),
         materials: vec![Material { name: "stone".into(), density: 2500.0 }],
         contacts: ContactTable::uniform(1, contact),
         extra: Extra::default(),
         walls: Vec::new(),
         gravity: Vec3::zeros(),
+        mutual: None,
         local_damping: 0.0,
         domain: Bounds { low: Vec3::repeat(-0.02), high: Vec3::repeat(0.02) },
         plan: Plan {
@@ -37,6 +39,8 @@ fn model(dimension: Dimension, contact: Contact) -> Model {
             checkpoint_every: 0,
             scheme: Scheme::Liggghts,
             law: Scheme::Liggghts.law(),
+            zero_every: 0,
+            zero_until: 0,
             insist: false,
         },
     }

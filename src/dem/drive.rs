@@ -5,8 +5,8 @@ use super::law::Rule;
 use super::setting::Setting;
 use super::state::{Load, State};
 use super::{
-    DemError, Observer, Summary, averaged_motion, checkpoint, extra, guard, ledger, limit, motion,
-    neighbours,
+    DemError, Observer, Summary, averaged_motion, bond, checkpoint, extra, guard, ledger, limit,
+    motion, neighbours, zeroing,
 };
 use crate::model::{Cost, Model, Outcome, Scheme};
 use crate::num::{Job, Vec3, clock};
@@ -52,6 +52,7 @@ pub fn simulate(
             break;
         }
         (stopped, owed) = one_step(&setting, &mut state, &mut work, owed);
+        zeroing::apply(&setting, &mut state);
         if stopped.is_some() || is_due(&setting, state.step) {
             record(&setting, &mut state, observer, stopped.is_some())?;
         }
@@ -71,6 +72,7 @@ pub fn simulate(
     Ok(Summary {
         outcome,
         touches: ledger::touches(&setting, &state),
+        breaks: state.bonds.broken.clone(),
         cost: Cost {
             cpu_seconds: clock::since(cpu, begun),
             wall_seconds: begun.elapsed().as_secs_f64(),
@@ -96,9 +98,9 @@ fn start(
     force_pass(setting, &mut state, work, true);
     let ledger = (
         ledger::kinetic(setting, &state) + ledger::stored(setting, &state),
-        ledger::height(setting, &state),
+        ledger::potential(setting, &state),
     );
-    (state.ledger.start, state.ledger.start_height) = ledger;
+    (state.ledger.start, state.ledger.start_potential) = ledger;
     if guard::finite(&state) {
         observer.frame(&state.frame(setting));
         observer.row(&ledger::row(setting, &state));
@@ -119,7 +121,7 @@ fn one_step(
     }
     state.ledger.add_half();
     let mut stopped = None;
-    if motion::advance(setting, state, owed) {
+    if motion::advance(setting, state, owed) | state.bonds.take_changed() {
         neighbours::rebuild(setting, state);
         stopped = guard::check(setting, state);
     }
@@ -136,6 +138,7 @@ fn is_due(setting: &Setting<'_>, step: u64) -> bool {
     let plan = &setting.model.plan;
     let every = |steps: u64| step.is_multiple_of(steps.max(1));
     step == plan.steps
+        || zeroing::due(plan, step)
         || every(plan.frame_every)
         || every(plan.series_every)
         || (plan.checkpoint_every > 0 && every(plan.checkpoint_every))
@@ -144,7 +147,7 @@ fn is_due(setting: &Setting<'_>, step: u64) -> bool {
 /// Half a step, force pass, half a step.
 fn averaged_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace) -> Option<String> {
     let mut stopped = None;
-    if averaged_motion::first_half(setting, state) {
+    if averaged_motion::first_half(setting, state) | state.bonds.take_changed() {
         neighbours::rebuild(setting, state);
         stopped = guard::check(setting, state);
     }
@@ -169,6 +172,7 @@ pub(super) fn force_pass(
         bare_slip: setting.scheme == Scheme::Lammps,
     };
     let mut tally = evaluate(setting, state, work, &rule);
+    tally += bond::pass(setting, state, &rule, first);
     tally += extra::pass(setting, state, &rule);
     tally.drag_power = extra::drag(setting, state, first);
     if setting.planar {
@@ -178,6 +182,9 @@ pub(super) fn force_pass(
         }
     }
     state.gather_solids(setting);
+    if let Some(law) = &setting.model.mutual {
+        work.far.add(setting, state, law);
+    }
     let damping = motion::damp(setting, state, first);
     state.ledger.add(tally, damping, setting.step, first);
 }

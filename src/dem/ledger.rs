@@ -11,6 +11,7 @@
 //! drops its spring energy unseen: that residual does not shrink.
 //! Cost: 8 % of a step in a settled bed.
 
+use super::bond;
 use super::law::Tally;
 use super::setting::{PlaneNow, Setting};
 use super::state::State;
@@ -28,6 +29,8 @@ pub struct Ledger {
     pub wall_work: f64,
     /// Dissipated by local damping.
     pub local_damping: f64,
+    /// Kinetic energy taken where velocities were set to zero.
+    pub zeroed: f64,
     /// Dissipated by drag.
     pub drag: f64,
     /// Half of the work of drag in the present pass.
@@ -38,8 +41,8 @@ pub struct Ledger {
     pub damping_half: f64,
     /// Kinetic + elastic energy at time 0.
     pub start: f64,
-    /// Σ m g·x at time 0.
-    pub start_height: f64,
+    /// Potential energy at time 0.
+    pub start_potential: f64,
 }
 
 impl Ledger {
@@ -66,8 +69,10 @@ impl Ledger {
 /// What a sweep over all touching contacts finds.
 #[derive(Debug, Default)]
 pub struct Sweep {
-    /// Energy in springs, J.
+    /// Energy in the springs of contacts, J.
     pub elastic: f64,
+    /// Energy in intact bonds, J.
+    pub bonds: f64,
     /// Potential energy of attraction, J.
     pub attraction: f64,
     /// Contacts, walls included.
@@ -139,10 +144,25 @@ pub fn sweep(setting: &Setting<'_>, state: &State) -> Sweep {
         add(law, overlap, spring, ball.radius);
     });
     found.between = between;
+    if setting.needs.bonds {
+        let held = bond::held(setting, state);
+        let (energy, count, overlap) = held.contacts;
+        found.bonds = held.elastic;
+        found.elastic += energy;
+        found.contacts += count;
+        found.between += count;
+        found.worst_overlap = found.worst_overlap.max(overlap);
+    }
     let (attraction, rolling) = super::extra::stored(setting, state);
     found.attraction = attraction;
     found.elastic += rolling;
     found
+}
+
+/// Energy in contacts and bonds, and of attraction, J.
+pub fn stored(setting: &Setting<'_>, state: &State) -> f64 {
+    let found = sweep(setting, state);
+    found.elastic + found.bonds + found.attraction
 }
 
 /// Velocity in the contact plane: `away` from the partner to the sphere, `velocity`
@@ -151,12 +171,6 @@ fn slide(away: Vec3, velocity: Vec3, turning: Vec3) -> Vec3 {
     let normal = away.normalize();
     let whole = velocity + normal.cross(&turning);
     whole - normal * whole.dot(&normal)
-}
-
-/// Energy in springs and attraction, J.
-pub fn stored(setting: &Setting<'_>, state: &State) -> f64 {
-    let found = sweep(setting, state);
-    found.elastic + found.attraction
 }
 
 /// Calls `each(slot, partner, k)` for every touching entry.
@@ -200,10 +214,19 @@ pub fn kinetic(setting: &Setting<'_>, state: &State) -> f64 {
 }
 
 /// Σ m g·x over all bodies, J.
-pub fn height(setting: &Setting<'_>, state: &State) -> f64 {
+fn height(setting: &Setting<'_>, state: &State) -> f64 {
     let model = setting.model;
     let bodies = state.bodies(setting);
     bodies.iter().zip(&model.bodies).map(|(s, b)| b.mass * setting.gravity.dot(&s.position)).sum()
+}
+
+/// Potential energy in uniform gravity and between the bodies, J.
+pub fn potential(setting: &Setting<'_>, state: &State) -> f64 {
+    let between = match &setting.model.mutual {
+        Some(law) => super::far::Far::new(1).energy(setting, state, law),
+        None => 0.0,
+    };
+    between - height(setting, state)
 }
 
 /// The row of the series for the present step.
@@ -211,11 +234,14 @@ pub fn row(setting: &Setting<'_>, state: &State) -> SeriesRow {
     let ledger = &state.ledger;
     let found = sweep(setting, state);
     let kinetic = kinetic(setting, state);
-    let gravitational = ledger.start_height - height(setting, state);
+    let gravitational = potential(setting, state) - ledger.start_potential;
     let lost = ledger.contacts.normal_dashpot
         + ledger.contacts.tangential_dashpot
         + ledger.contacts.slip
         + ledger.local_damping
+        + state.bonds.damped
+        + state.bonds.released
+        + ledger.zeroed
         + ledger.contacts.rolling
         + ledger.contacts.wetting
         + ledger.drag;
@@ -240,7 +266,17 @@ pub fn row(setting: &Setting<'_>, state: &State) -> SeriesRow {
         wetting: ledger.contacts.wetting,
         drag: ledger.drag,
         wall_work: ledger.wall_work,
-        energy_error: kinetic + found.elastic + found.attraction + gravitational + lost
+        bond_elastic: found.bonds,
+        bond_damping: state.bonds.damped,
+        bond_released: state.bonds.released,
+        bonds: state.bonds.intact(),
+        zeroed: ledger.zeroed,
+        energy_error: kinetic
+            + found.elastic
+            + found.bonds
+            + found.attraction
+            + gravitational
+            + lost
             - ledger.wall_work
             - ledger.start,
         contacts: found.contacts,
@@ -271,6 +307,9 @@ pub fn touches(setting: &Setting<'_>, state: &State) -> Vec<Touch> {
             tangential: law.kt * record.spring.norm(),
         });
     });
+    if setting.needs.bonds {
+        all.extend(bond::touches(setting, state));
+    }
     all.retain(|touch| touch.normal.is_finite() && touch.tangential.is_finite());
     all.sort_unstable_by_key(|touch| (touch.first, touch.second));
     all

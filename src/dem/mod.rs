@@ -34,10 +34,15 @@ mod averaged;
 mod averaged_loops;
 mod averaged_motion;
 mod averaged_pass;
+mod bond;
+mod bond_law;
+mod bond_limit;
 mod checkpoint;
 mod contacts;
 mod drive;
 mod extra;
+mod far;
+mod far_tree;
 mod forces;
 mod guard;
 mod law;
@@ -51,14 +56,21 @@ mod state;
 mod surface;
 mod turn;
 mod walls;
+mod zeroing;
 
 #[cfg(test)]
 mod reference;
 #[cfg(test)]
 mod test_averaged;
 #[cfg(test)]
+mod test_bonds;
+#[cfg(test)]
 mod test_extra;
 #[cfg(test)]
+mod test_far;
+#[cfg(test)]
+// Digits as the reference tables have them.
+#[allow(clippy::excessive_precision)]
 mod test_oracles;
 #[cfg(test)]
 mod test_physics;
@@ -67,9 +79,13 @@ mod test_runs;
 #[cfg(test)]
 mod test_scenes;
 
+pub use far::attraction;
+pub use far_tree::Pull;
 pub use limit::{Advice, advise};
 
-use crate::model::{Cost, Coulomb, Frame, History, Model, Outcome, Run, Scheme, SeriesRow, Touch};
+use crate::model::{
+    Break, Cost, Coulomb, Frame, History, Model, Outcome, Run, Scheme, SeriesRow, Touch,
+};
 use crate::num::Job;
 use crate::num::entry::MethodEntry;
 
@@ -90,6 +106,8 @@ pub struct Summary {
     pub outcome: Outcome,
     /// Sphere–sphere contacts at the end; tangential: the spring's part.
     pub touches: Vec<Touch>,
+    /// Bonds that broke, in the order of time.
+    pub breaks: Vec<Break>,
     /// Time and memory.
     pub cost: Cost,
     /// What was known about the step beforehand.
@@ -140,6 +158,7 @@ pub fn run(model: &Model, job: &Job) -> Result<Run, DemError> {
         outcome: summary.outcome,
         frames: kept.frames,
         touches: Some(summary.touches),
+        breaks: Some(summary.breaks),
         series: kept.rows,
         cost: summary.cost,
         notes: Vec::new(),
@@ -196,6 +215,20 @@ pub const METHODS: &[MethodEntry] = &[
         example: r#"plan.scheme = "path_averaged""#,
     },
     MethodEntry {
+        key: "all_pairs",
+        id: "mutual gravity, D6",
+        summary: "gravity between all pairs of bodies, exact, cost n²",
+        source: "Newton 1687; softening: Plummer 1911",
+        example: r#"plan.mutual_gravity = { method = "all_pairs" }"#,
+    },
+    MethodEntry {
+        key: "tree",
+        id: "mutual gravity, D6",
+        summary: "gravity between bodies, far groups as one with their second moments, cost n log n",
+        source: "Barnes & Hut 1986; criterion: Barnes 1994",
+        example: r#"plan.mutual_gravity = { method = { tree = { theta = 0.5 } } }"#,
+    },
+    MethodEntry {
         key: "lammps",
         id: "integrator",
         summary: "LAMMPS nve/sphere, fix rigid and gran/hooke/history, to round-off",
@@ -250,6 +283,13 @@ pub const METHODS: &[MethodEntry] = &[
         summary: "tension, Coulomb limit (sum, spring, stick), history (rescaled, projected, rotated) and arm (half, full, radius) one by one",
         source: "",
         example: r#"plan.law.variant = { coulomb = "spring", history = "projected", arm = "radius" }"#,
+    },
+    MethodEntry {
+        key: "bonded",
+        id: "D9",
+        summary: "grains of spheres joined by contact bonds (strengths in N) or beams (strengths in Pa) that break",
+        source: "Potyondy & Cundall 2004; large rotations: Wang 2009",
+        example: r#"body.bonded = { law.contact = { tension = "1 N", shear = "0.5 N" } }"#,
     },
     MethodEntry {
         key: "linear",
@@ -392,6 +432,7 @@ fn usable(model: &Model) -> Result<(), DemError> {
             return fault(format!("sphere {index} has the radius {} m", sphere.radius));
         }
     }
+    bonds_usable(model)?;
     if let Some(problem) = extra::problem(model) {
         return fault(problem);
     }
@@ -405,6 +446,38 @@ fn usable(model: &Model) -> Result<(), DemError> {
                 "the contact between materials {a} and {b} needs kn > 0 and finite kt, cn, ct, friction of at least 0"
             ));
         }
+    }
+    Ok(())
+}
+
+fn bonds_usable(model: &Model) -> Result<(), DemError> {
+    let fault = |index: usize, what: &str| Err(DemError::Unusable(format!("bond {index} {what}")));
+    let needs = model.needs();
+    if needs.bonds && (needs.cohesion || needs.bridges || needs.rolling || needs.molecular) {
+        return Err(DemError::Unusable(
+            "bonds together with attraction or resistance to rolling are not done: the contact that a \
+             broken bond leaves would lack them"
+                .to_owned(),
+        ));
+    }
+    let mut pairs: Vec<(u32, u32)> = Vec::with_capacity(model.bonds.len());
+    for (index, bond) in model.bonds.iter().enumerate() {
+        let of = |sphere: u32| model.spheres.get(sphere as usize).map(|s| s.body);
+        let (Some(one), Some(two)) = (of(bond.first), of(bond.second)) else {
+            return fault(index, "joins a sphere that does not exist");
+        };
+        if one == two || bond.first >= bond.second {
+            return fault(index, "must join spheres of two bodies, the lower number first");
+        }
+        if let Some(what) = bond.fault() {
+            return fault(index, what);
+        }
+        pairs.push((bond.first, bond.second));
+    }
+    pairs.sort_unstable();
+    if let Some(twice) = pairs.windows(2).find(|two| two[0] == two[1]) {
+        let (a, b) = twice[0];
+        return Err(DemError::Unusable(format!("spheres {a} and {b} have two bonds")));
     }
     Ok(())
 }

@@ -253,6 +253,10 @@ fn pairs(setting: &Setting<'_>, state: &State, grid: &Grid, memory: &[(u64, Reco
     let mut start = Vec::with_capacity(balls.len() + 1);
     let mut partner = Vec::with_capacity(4 * balls.len());
     start.push(0);
+    let bonded = |slot: usize, other: usize| {
+        setting.needs.bonds
+            && state.bonds.holds(&setting.bonds, state.order[slot], state.order[other])
+    };
     for (slot, ball) in balls.iter().enumerate() {
         for level in &grid.levels[grid.level[slot] as usize..] {
             let reach = Vec3::repeat(ball.radius + level.reach + skin);
@@ -261,7 +265,7 @@ fn pairs(setting: &Setting<'_>, state: &State, grid: &Grid, memory: &[(u64, Reco
                     let there = &balls[other as usize];
                     let range = ball.radius + there.radius + skin;
                     let near = (ball.place - there.place).norm_squared() < range * range;
-                    if near && ball.body != there.body {
+                    if near && ball.body != there.body && !bonded(slot, other as usize) {
                         partner.push(other);
                     }
                 }

@@ -1,5 +1,6 @@
 //! What does not change during a run, laid out for the kernels.
 
+use super::bond;
 use super::extra::{self, Fixed};
 use super::law::Kept;
 use super::surface::Surfaces;
@@ -32,6 +33,8 @@ pub struct Setting<'a> {
     pub surfaces: Surfaces,
     /// Indices of plane walls in `model.walls`.
     pub planes: Vec<u16>,
+    /// Bonds between bodies.
+    pub bonds: bond::Table,
     /// Fixed values of forces besides the linear contact.
     pub extra: Fixed,
     /// Parameters between spheres and their radius, if all are alike.
@@ -70,7 +73,7 @@ impl<'a> Setting<'a> {
         let planes = (0..model.walls.len() as u16)
             .filter(|w| matches!(model.walls[*w as usize].shape, WallShape::Plane { .. }))
             .collect();
-        Self {
+        let mut setting = Self {
             model,
             needs,
             scheme: plan.scheme,
@@ -91,12 +94,15 @@ impl<'a> Setting<'a> {
             },
             surfaces: Surfaces::new(model),
             planes,
+            bonds: bond::Table::default(),
             extra: Fixed::new(model),
             stiff: extra::stiffened(model),
             alike: alike(model),
             table,
             materials,
-        }
+        };
+        setting.bonds = bond::Table::new(&setting);
+        setting
     }
 
     /// Time of the force pass that belongs to step `step`, s: the middle of the step

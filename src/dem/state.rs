@@ -1,5 +1,6 @@
 //! What changes during a run: bodies, spheres in memory order, candidate lists.
 
+use super::bond::Bonds;
 use super::extra::Links;
 use super::law::Book;
 use super::ledger::Ledger;
@@ -110,6 +111,8 @@ pub struct State {
     /// How far spheres and walls went in half a step when the lists were built, m;
     /// 0 where only the places of a force pass matter.
     pub sweep: f64,
+    /// What changes of the bonds.
+    pub bonds: Bonds,
     /// Pairs with forces besides the linear contact.
     pub links: Links,
     /// Energy book-keeping.
@@ -137,6 +140,7 @@ impl State {
             built_at: 0,
             rebuilds: 0,
             sweep: 0.0,
+            bonds: Bonds::new(setting),
             links: Links::default(),
             ledger: Ledger::default(),
         };

@@ -22,11 +22,13 @@ pub fn empty(scheme: Scheme, contact: Contact) -> Model {
         seed: 1,
         bodies: Vec::new(),
         spheres: Vec::new(),
+        bonds: Vec::new(),
         materials: vec![Material { name: "grain".to_owned(), density: DENSITY }],
         contacts: ContactTable::uniform(1, contact),
         extra: Extra::default(),
         walls: Vec::new(),
         gravity: Vec3::zeros(),
+        mutual: None,
         local_damping: 0.0,
         domain: Bounds { low: Vec3::repeat(-1.0), high: Vec3::repeat(1.0) },
         plan: Plan {
@@ -38,6 +40,8 @@ pub fn empty(scheme: Scheme, contact: Contact) -> Model {
             checkpoint_every: 0,
             scheme,
             law: scheme.law(),
+            zero_every: 0,
+            zero_until: 0,
             insist: false,
         },
     }

@@ -2,8 +2,10 @@
 //! know this room and nothing of scene files; reports know `Run`, not who made it.
 
 pub mod body;
+pub mod bond;
 pub mod contact;
 pub mod extra;
+pub mod far;
 pub mod needs;
 pub mod plan;
 pub mod restitution;
@@ -12,8 +14,10 @@ pub mod state;
 pub mod wall;
 
 pub use body::{Body, Material, Sphere};
+pub use bond::{Bond, Break, BreakMode, Section, Strength};
 pub use contact::{Contact, ContactTable};
 pub use extra::{Extra, PairForces};
+pub use far::{FarMethod, MutualGravity, TreeParameters};
 pub use needs::Needs;
 pub use plan::{Arm, Coulomb, History, Law, Plan, Scheme, StepReason};
 pub use run::{Cost, Outcome, Run, SeriesRow, Touch};
@@ -49,7 +53,8 @@ impl Dimension {
 /// Invariants (upheld by the scene room, relied on by all others): spheres are
 /// stored body by body; every number is finite; masses, radii and moments of
 /// inertia are greater than zero; all material indices exist in `materials`
-/// and `contacts`; `domain` holds every sphere and wall mesh at time 0.
+/// and `contacts`; `domain` holds every sphere and wall mesh at time 0; a bond joins spheres of
+/// different bodies, first < second, at most one bond a pair.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Model {
     /// Name for people.
@@ -62,6 +67,8 @@ pub struct Model {
     pub bodies: Vec<Body>,
     /// Spheres of all bodies, body by body.
     pub spheres: Vec<Sphere>,
+    /// Bonds between spheres of different bodies; none in most scenes.
+    pub bonds: Vec<Bond>,
     /// Materials of bodies and walls.
     pub materials: Vec<Material>,
     /// Contact parameters of every pair of materials.
@@ -72,6 +79,8 @@ pub struct Model {
     pub walls: Vec<Wall>,
     /// Acceleration of gravity, m/s².
     pub gravity: Vec3,
+    /// Gravity between bodies, if any.
+    pub mutual: Option<MutualGravity>,
     /// Local (non-viscous) damping coefficient α of Cundall as YADE applies it,
     /// 0 for none: per axis, a ← a (1 − α sign(a (v + a Δt/2))).
     pub local_damping: f64,

@@ -19,6 +19,8 @@ pub struct Needs {
     pub materials: bool,
     /// Gravity is not zero.
     pub gravity: bool,
+    /// Gravity between bodies.
+    pub mutual_gravity: bool,
     /// Some contact has μ > 0 and kt or ct > 0: tangential force, history and rotation.
     pub friction: bool,
     /// Some contact has cn > 0.
@@ -49,7 +51,13 @@ pub struct Needs {
     pub sliding_walls: bool,
     /// At least one wall that rotates.
     pub turning_walls: bool,
-    /// Bodies turn: friction, or clumps, or a spin at the start.
+    /// Bonds between bodies.
+    pub bonds: bool,
+    /// Some bond has a dashpot.
+    pub bond_damping: bool,
+    /// Velocities are set to zero now and then.
+    pub zeroing: bool,
+    /// Bodies turn: friction, or clumps, or bonds, or a spin at the start.
     pub rotation: bool,
 }
 
@@ -71,6 +79,7 @@ impl Needs {
             sizes: model.spheres.iter().any(|sphere| Some(sphere.radius) != first),
             materials: model.materials.len() > 1,
             gravity: model.gravity.norm_squared() > 0.0,
+            mutual_gravity: model.mutual.is_some(),
             friction,
             normal_damping: pairs().any(|c| c.cn > 0.0),
             tangential_damping: friction && pairs().any(|c| c.ct > 0.0),
@@ -90,8 +99,12 @@ impl Needs {
             meshes: wall(&|w| matches!(w.shape, WallShape::Mesh { .. })),
             sliding_walls: wall(&|w| matches!(w.motion, Motion::Translate { .. })),
             turning_walls: wall(&|w| matches!(w.motion, Motion::Rotate { .. })),
+            bonds: !model.bonds.is_empty(),
+            bond_damping: model.bonds.iter().any(|bond| bond.viscosity > 0.0),
+            zeroing: model.plan.zero_every > 0,
             rotation: friction
                 || clumps
+                || !model.bonds.is_empty()
                 || model.bodies.iter().any(|body| body.spin.norm_squared() > 0.0),
         }
     }
@@ -102,7 +115,7 @@ impl Needs {
     }
 
     /// Every need with its key, what it is for people, and whether this scene has it.
-    pub fn table(&self) -> [(&'static str, &'static str, bool); 22] {
+    pub fn table(&self) -> [(&'static str, &'static str, bool); 26] {
         [
             ("discs", "two dimensions (discs of unit thickness)", self.discs),
             ("spheres", "single spheres", self.spheres),
@@ -110,6 +123,7 @@ impl Needs {
             ("sizes", "radius of each sphere", self.sizes),
             ("materials", "table of material pairs", self.materials),
             ("gravity", "gravity", self.gravity),
+            ("mutual_gravity", "gravity between bodies", self.mutual_gravity),
             ("friction", "friction and tangential history", self.friction),
             ("normal_damping", "normal dashpot", self.normal_damping),
             ("tangential_damping", "tangential dashpot", self.tangential_damping),
@@ -125,6 +139,9 @@ impl Needs {
             ("meshes", "mesh walls", self.meshes),
             ("sliding_walls", "walls that translate", self.sliding_walls),
             ("turning_walls", "walls that rotate", self.turning_walls),
+            ("bonds", "bonds between bodies", self.bonds),
+            ("bond_damping", "dashpots in bonds", self.bond_damping),
+            ("zeroing", "velocities set to zero every so many steps", self.zeroing),
             ("rotation", "rotation of bodies", self.rotation),
         ]
     }

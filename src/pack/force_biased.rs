@@ -149,21 +149,38 @@ pub fn densest(
         let finished = inner >= rounds.outer || inner >= enough || radii.is_empty();
         if finished || job.is_cancelled() {
             let factor = rounds.closest();
-            let centres = rounds.centres;
+            let mut centres = vec![Vec3::zeros(); radii.len()];
+            for (place, &ball) in rounds.order.iter().enumerate() {
+                centres[ball as usize] = rounds.centres[place];
+            }
             return Some(Dense { centres, factor, rounds: rounds.done, finished });
         }
     }
 }
 
+/// The order of centres by cells of `edge` m, so that neighbours lie side by side.
+fn side_by_side(space: &Space, centres: &[Vec3], edge: f64) -> Vec<u32> {
+    let mut order: Vec<u32> = (0..centres.len() as u32).collect();
+    let cell = |&ball: &u32| {
+        let p = (centres[ball as usize] - space.bounds.low) / edge;
+        [p.z as i64, p.y as i64, p.x as i64]
+    };
+    order.sort_by_cached_key(cell);
+    order
+}
+
 struct Rounds<'a> {
     space: &'a Space<'a>,
-    radii: &'a [f64],
+    /// Number of each ball in the list that was given: neighbours are kept side by side in memory.
+    order: Vec<u32>,
+    radii: Vec<f64>,
     centres: Vec<Vec3>,
     moves: Vec<Vec3>,
     pairs: Pairs,
     beside_walls: Vec<u32>,
-    /// Sum of the largest moves since the pairs were found, m.
-    travelled: f64,
+    /// Where the balls were when the pairs were found.
+    found_at: Vec<Vec3>,
+    stale: bool,
     skin: f64,
     outer: f64,
     step: f64,
@@ -171,7 +188,7 @@ struct Rounds<'a> {
 }
 
 impl<'a> Rounds<'a> {
-    fn new(space: &'a Space<'a>, radii: &'a [f64], rate: f64, seed: u64) -> Option<Self> {
+    fn new(space: &'a Space<'a>, radii: &[f64], rate: f64, seed: u64) -> Option<Self> {
         let centres = scatter::anywhere(space, radii, seed)?;
         let mean = radii.iter().sum::<f64>() / radii.len().max(1) as f64;
         let solid = ball_volume(radii, space.dimension).max(f64::MIN_POSITIVE);
@@ -184,14 +201,18 @@ impl<'a> Rounds<'a> {
             }
         };
         let outer = (share * space.volume() / solid).powf(1.0 / space.dimension as f64);
+        let order = side_by_side(space, &centres, 4.0 * mean * outer);
+        let centres: Vec<Vec3> = order.iter().map(|&ball| centres[ball as usize]).collect();
         Some(Self {
             space,
-            radii,
+            radii: order.iter().map(|&ball| radii[ball as usize]).collect(),
+            order,
             moves: vec![Vec3::zeros(); centres.len()],
             centres,
             pairs: Pairs::default(),
             beside_walls: Vec::new(),
-            travelled: f64::INFINITY,
+            found_at: Vec::new(),
+            stale: true,
             skin: 0.5 * mean * outer,
             outer,
             step: 0.5 * rate * outer,
@@ -203,14 +224,14 @@ impl<'a> Rounds<'a> {
         for centre in &mut self.centres {
             *centre = self.space.wrap(centre);
         }
-        self.pairs.find(self.space, &self.centres, self.radii, self.outer, self.skin);
+        self.pairs.find(self.space, &self.centres, &self.radii, self.outer, self.skin);
         self.beside_walls.clear();
         for (i, centre) in self.centres.iter().enumerate() {
             if self.space.clearance(centre) < self.outer * self.radii[i] + self.skin {
                 self.beside_walls.push(i as u32);
             }
         }
-        self.travelled = 0.0;
+        self.found_at.clone_from(&self.centres);
     }
 
     /// The factor at which no balls overlap.
@@ -235,7 +256,7 @@ impl<'a> Rounds<'a> {
     /// Moves all balls once and shrinks the outer radii, unless balls do not overlap at `enough`
     /// or at the outer radii; returns the factor at which they did not overlap before the move.
     fn round(&mut self, enough: f64) -> f64 {
-        if self.travelled > 0.5 * self.skin {
+        if self.stale {
             self.find_pairs();
         }
         const STRENGTH: f64 = 0.5;
@@ -267,12 +288,14 @@ impl<'a> Rounds<'a> {
         if inner >= self.outer || inner >= enough {
             return inner;
         }
-        let mut longest = 0.0_f64;
-        for (centre, step) in self.centres.iter_mut().zip(&self.moves) {
+        let limit = (0.5 * self.skin).powi(2);
+        let mut stale = false;
+        for ((centre, step), found) in self.centres.iter_mut().zip(&self.moves).zip(&self.found_at)
+        {
             *centre += step;
-            longest = longest.max(step.norm_squared());
+            stale |= (*centre - found).norm_squared() > limit;
         }
-        self.travelled += longest.sqrt();
+        self.stale = stale;
         self.outer -= self.step;
         self.done += 1;
         inner

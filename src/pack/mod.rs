@@ -29,6 +29,7 @@ pub mod soft;
 pub mod space;
 mod target;
 pub mod touch_and_stop;
+pub mod zones;
 
 pub use apollonian::Apollonian;
 pub use array::Array;
@@ -274,7 +275,7 @@ pub fn pack(
         }
     }
     let mut laid = match method {
-        Method::Random(parameters) => parameters.lay(grains, region, seed, job),
+        Method::Random(parameters) => parameters.lay(grains, families, region, seed, job),
         Method::Array(parameters) => parameters.lay(grains, region, seed, job),
         Method::Apollonian(parameters) => parameters.lay(grains, region, seed, job),
         Method::RandomApollonian(parameters) => parameters.lay(grains, region, seed, job),

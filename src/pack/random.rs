@@ -12,6 +12,7 @@
 //! surface. Memory O(spheres).
 
 use super::occupied::{Occupied, placement};
+use super::zones::{self, Zone};
 use super::{Grain, Laid, Turn, common_velocity, finite_velocity, tally};
 use crate::geometry::{Bounds, Region};
 use crate::num::random::stream;
@@ -36,6 +37,9 @@ pub struct Random {
     pub orientation: Turn,
     /// Velocity of all bodies at the start, m/s; default 0.
     pub velocity: [Speed; 3],
+    /// Boxes that the grains of a family are kept to; default none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub zones: Vec<Zone>,
 }
 
 impl Default for Random {
@@ -47,6 +51,7 @@ impl Default for Random {
             order: Order::LargestFirst,
             orientation: Turn::Random,
             velocity: [Speed(0.0); 3],
+            zones: Vec::new(),
         }
     }
 }
@@ -76,12 +81,16 @@ impl Random {
     pub fn validate(&self) -> Result<(), Fault> {
         Fault::within("tries", f64::from(self.tries), 1.0, 1e7)?;
         Fault::not_negative("gap", self.gap.0)?;
+        for (index, zone) in self.zones.iter().enumerate() {
+            zone.validate().map_err(|fault| fault.under(format!("zones[{index}]")))?;
+        }
         finite_velocity(&self.velocity)
     }
 
     pub(super) fn lay(
         &self,
         grains: &[Grain],
+        families: &[&str],
         region: &Region,
         seed: u64,
         job: &Job,
@@ -92,6 +101,8 @@ impl Random {
             Test::Clump => Occupied::of_clumps(grains, region, self.gap.0),
             Test::Solid => Occupied::of_solids(grains, region, self.gap.0),
         };
+        let zones = zones::of_grains(&self.zones, grains, families, dimension)
+            .map_err(|fault| fault.under("random"))?;
         let order = self.sequence(grains);
         let (mut placements, mut dropped) = (Vec::with_capacity(grains.len()), Vec::new());
         for (done, &grain) in order.iter().enumerate() {
@@ -99,7 +110,7 @@ impl Random {
                 dropped.extend(order[done..].iter().map(|&grain| grain as u32));
                 break;
             }
-            match self.find(grain, &grains[grain], region, &occupied, seed) {
+            match self.find(grain, &grains[grain], zones[grain], region, &occupied, seed) {
                 Some(at) => {
                     occupied.add(grain, at);
                     placements.push(placement(grain, at, velocity));
@@ -135,6 +146,7 @@ impl Random {
         &self,
         grain: usize,
         what: &Grain,
+        zone: Option<(Bounds, bool)>,
         region: &Region,
         occupied: &Occupied,
         seed: u64,
@@ -145,7 +157,12 @@ impl Random {
         for _ in 0..self.tries {
             let turn = self.orientation.draw(what, dimension, &mut source);
             let extent = occupied.extent(grain, &turn);
-            let bounds = Bounds { low: room.low - extent.low, high: room.high - extent.high };
+            let mut bounds = Bounds { low: room.low - extent.low, high: room.high - extent.high };
+            if let Some((zone, walls)) = zone {
+                let own = if walls { extent } else { Bounds::of([&Vec3::zeros()]) };
+                bounds.low = bounds.low.sup(&(zone.low - own.low));
+                bounds.high = bounds.high.inf(&(zone.high - own.high));
+            }
             if (0..dimension).any(|axis| bounds.low[axis] > bounds.high[axis]) {
                 continue;
             }

@@ -91,8 +91,9 @@ pub fn grown(
     job: &Job,
 ) -> (Vec<Ball>, String) {
     let mut source = stream(seed, "pack.random_apollonian", 0);
-    // The level of the smallest balls: a guess from the scaling N ~ r^-D, for speed only.
-    let finest = smallest.max(cap * (1.0 + count as f64).powf(-1.0 / 1.5));
+    // Cells of the size of the last balls, for speed only.
+    let spacing = (space.volume() / count.max(1) as f64).powf(1.0 / space.dimension as f64);
+    let finest = smallest.max(0.25 * spacing).min(cap);
     let mut grid = BallGrid::new(finest);
     let mut balls = Vec::with_capacity(count);
     let (mut largest, mut typical) = (0.0_f64, cap);

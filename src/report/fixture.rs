@@ -55,6 +55,7 @@ pub fn model(side: usize) -> Model {
         seed: 7,
         bodies: Vec::new(),
         spheres: Vec::new(),
+        bonds: Vec::new(),
         materials: vec![Material { name: "stone".into(), density }],
         contacts: ContactTable::uniform(
             1,
@@ -63,6 +64,7 @@ pub fn model(side: usize) -> Model {
         extra: crate::model::Extra::default(),
         walls: Vec::new(),
         gravity: Vec3::new(0.0, 0.0, -9.81),
+        mutual: None,
         local_damping: 0.0,
         domain: Bounds { low: Vec3::zeros(), high: Vec3::repeat(pitch * (side + 4) as f64) },
         plan: Plan {
@@ -74,6 +76,8 @@ pub fn model(side: usize) -> Model {
             checkpoint_every: 0,
             scheme: Scheme::Leapfrog,
             law: Scheme::Leapfrog.law(),
+            zero_every: 0,
+            zero_until: 0,
             insist: false,
         },
     };
@@ -128,6 +132,7 @@ pub fn run(model: &Model, solver: &str, shift: impl Fn(u64) -> Vec3) -> Run {
         outcome: Outcome::Finished,
         frames: steps.clone().map(|step| frame(model, step, shift(step))).collect(),
         touches: None,
+        breaks: None,
         series: steps
             .map(|step| SeriesRow {
                 time: step as f64 * plan.step,

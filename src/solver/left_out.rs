@@ -12,12 +12,15 @@ pub struct LeftOut {
     pub why: &'static str,
 }
 
-/// Everything that `needs` lacks.
+/// What no deck can have (see the limits of the solvers), so that lacking it says nothing.
+const NEVER: &[&str] = &["mutual_gravity"];
+
+/// Everything that `needs` lacks and a deck could have.
 pub fn left_out(needs: &Needs) -> Vec<LeftOut> {
     needs
         .table()
         .into_iter()
-        .filter(|(_, _, needed)| !needed)
+        .filter(|(key, _, needed)| !needed && !NEVER.contains(key))
         .map(|(key, what, _)| LeftOut { what, why: why(key) })
         .collect()
 }
@@ -43,7 +46,10 @@ fn why(key: &str) -> &'static str {
         "drag" => "its coefficient is zero",
         "planes" | "oblique_planes" | "meshes" => "there is no such wall",
         "sliding_walls" | "turning_walls" => "no wall moves like that",
-        "rotation" => "no tangential force, no clump, no spin at the start",
+        "bonds" => "no two bodies are bonded",
+        "zeroing" => "the plan does not ask for it",
+        "bond_damping" => "no bond has a dashpot",
+        "rotation" => "no tangential force, no clump, no bond, no spin at the start",
         _ => "the scene has none",
     }
 }
@@ -62,6 +68,7 @@ mod tests {
             sizes: false,
             materials: false,
             gravity: false,
+            mutual_gravity: false,
             friction: false,
             normal_damping: false,
             tangential_damping: false,
@@ -77,10 +84,13 @@ mod tests {
             meshes: false,
             sliding_walls: false,
             turning_walls: false,
+            bonds: false,
+            bond_damping: false,
+            zeroing: false,
             rotation: false,
         };
         let list = left_out(&none);
-        assert_eq!(list.len(), none.table().len());
+        assert_eq!(list.len() + NEVER.len(), none.table().len());
         assert!(list.iter().all(|entry| entry.why != "the scene has none"), "{list:?}");
     }
 }

@@ -67,6 +67,7 @@ pub fn run(
         solver: solver.to_owned(),
         outcome,
         frames: read.frames,
+        breaks: None,
         touches: read.touches,
         series: Vec::new(),
         cost,

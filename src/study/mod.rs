@@ -7,6 +7,7 @@ mod clump;
 mod contact;
 mod models;
 mod packing;
+mod tree;
 
 use crate::num::Job;
 use crate::report::findings::Findings;
@@ -47,6 +48,11 @@ pub const STUDIES: &[Study] = &[
         key: "contact",
         summary: "restitution and oblique rebound of each scheme against closed forms, over the step and CPU time",
         run: contact::study,
+    },
+    Study {
+        key: "tree",
+        summary: "gravity between bodies: error of the tree code over θ and CPU time, n log n cost",
+        run: tree::study,
     },
     Study {
         key: "clump",

@@ -16,11 +16,13 @@ pub fn empty(scheme: Scheme, contact: Contact, density: f64) -> Model {
         seed: 0,
         bodies: Vec::new(),
         spheres: Vec::new(),
+        bonds: Vec::new(),
         materials: vec![Material { name: "grain".to_owned(), density }],
         contacts: ContactTable::uniform(1, contact),
         extra: crate::model::Extra::default(),
         walls: Vec::new(),
         gravity: Vec3::zeros(),
+        mutual: None,
         local_damping: 0.0,
         domain: Bounds { low: Vec3::repeat(-1.0), high: Vec3::repeat(1.0) },
         plan: Plan {
@@ -32,6 +34,8 @@ pub fn empty(scheme: Scheme, contact: Contact, density: f64) -> Model {
             checkpoint_every: 0,
             scheme,
             law: scheme.law(),
+            zero_every: 0,
+            zero_until: 0,
             insist: false,
         },
     }

@@ -2,7 +2,7 @@
 
 use super::LawParameters;
 use crate::model::extra::Electrostatics;
-use crate::model::{Law, Scheme};
+use crate::model::{Law, MutualGravity, Scheme};
 use crate::num::Fault;
 use crate::num::units::{Acceleration, Damping, Time};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -23,6 +23,9 @@ pub struct PlanParameters {
     /// Gravity vector. Default: 9.81 m/s² along −z (−y in two dimensions).
     #[serde(default)]
     pub gravity: Option<[Acceleration; 3]>,
+    /// Gravity between grains. Default: none.
+    #[serde(default)]
+    pub mutual_gravity: Option<MutualGravity>,
     /// Local (non-viscous) damping coefficient, 0 (default) up to but not including 1.
     #[serde(default)]
     pub local_damping: f64,
@@ -42,6 +45,13 @@ pub struct PlanParameters {
     /// True: the normal force may pull, whatever the variant. Default false: as the variant says.
     #[serde(default)]
     pub tension: bool,
+    /// All velocities and spins are set to zero every so many steps, to let a crowded packing
+    /// relax (P11, P15; the note takes 10). Left out: never.
+    #[serde(default)]
+    pub zero_velocities_every: Option<u32>,
+    /// Time after which they no longer are. Default: the whole duration.
+    #[serde(default)]
+    pub zero_velocities_until: Option<Time>,
     /// True: use the given step even if it is above the stability limit. Default false.
     #[serde(default)]
     pub insist: bool,
@@ -130,6 +140,23 @@ impl PlanParameters {
             && gravity[2].0 != 0.0
         {
             return Err(Fault::new("gravity[2]", "leaves the x–y plane", "0 in two dimensions"));
+        }
+        if self.zero_velocities_every == Some(0) {
+            return Err(Fault::new("zero_velocities_every", "is 0", "at least 1, or left out"));
+        }
+        if let Some(until) = self.zero_velocities_until {
+            Fault::positive("zero_velocities_until", until.0)?;
+            if self.zero_velocities_every.is_none() {
+                let allowed = "given together with `zero_velocities_every`";
+                return Err(Fault::new("zero_velocities_until", "stands alone", allowed));
+            }
+        }
+        if let Some(mutual) = &self.mutual_gravity {
+            mutual.validate().map_err(|fault| fault.under("mutual_gravity"))?;
+            if self.scheme == Scheme::Yade {
+                let problem = "is \"yade\", whose velocities lag half a step; YADE has no gravity between bodies that it could be compared with";
+                return Err(Fault::new("scheme", problem, "leapfrog, liggghts or path_averaged"));
+            }
         }
         if !(0.0..1.0).contains(&self.local_damping) {
             let allowed = "0 up to but not including 1";

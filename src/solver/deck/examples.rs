@@ -20,11 +20,13 @@ pub fn empty(dimension: Dimension, contact: Contact) -> Model {
         seed: 7,
         bodies: Vec::new(),
         spheres: Vec::new(),
+        bonds: Vec::new(),
         materials: vec![Material { name: "stone".into(), density: 2500.0 }],
         contacts: ContactTable::uniform(1, contact),
         extra: Extra::default(),
         walls: Vec::new(),
         gravity: Vec3::zeros(),
+        mutual: None,
         local_damping: 0.0,
         domain: Bounds { low: Vec3::repeat(-0.02), high: Vec3::repeat(0.02) },
         plan: Plan {
@@ -36,6 +38,8 @@ pub fn empty(dimension: Dimension, contact: Contact) -> Model {
             checkpoint_every: 0,
             scheme: Scheme::Liggghts,
             law: Scheme::Liggghts.law(),
+            zero_every: 0,
+            zero_until: 0,
             insist: false,
         },
     }

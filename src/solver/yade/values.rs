@@ -25,6 +25,9 @@ pub struct Script {
     verlet: f64,
     damping: f64,
     gravity: [f64; 3],
+    bonds_every: usize,
+    zero_every: u64,
+    zero_until: u64,
     frame_every: u64,
     report_every: u64,
 }
@@ -88,6 +91,9 @@ impl Script {
             verlet: VERLET * model.spheres.iter().map(|s| s.radius).fold(f64::INFINITY, f64::min),
             damping: model.local_damping,
             gravity: plain(&model.gravity),
+            bonds_every: super::bonds::looked_at_every(model),
+            zero_every: model.plan.zero_every,
+            zero_until: model.plan.zero_until.min(model.plan.steps),
             frame_every: model.plan.frame_every.max(1),
             report_every: (model.plan.steps / 50).max(1),
         })
