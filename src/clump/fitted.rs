@@ -14,7 +14,7 @@
 //!
 //! Spheres straddle the surface unless `protrusion` says how far they may stick out; 0 keeps
 //! them inside. Error falls about as N⁻² on smooth solids and as N^−0.7 on solids with edges.
-//! Cost O(N·M) at worst, mostly O(M) a sweep: figures in `validation/14-clump-peers`.
+//! Cost O(N·M) at worst, mostly O(M) a sweep: figures in `validation/16-clump-peers`.
 
 use super::ClumpError;
 use super::cover;
@@ -45,6 +45,8 @@ const CANDIDATES: usize = 900;
 /// Sweeps of a full and of a trial refinement.
 const SWEEPS: usize = 40;
 const TRIAL_SWEEPS: usize = 10;
+/// How far a sphere may stick out where nothing else is said.
+const FREE: f64 = 0.12;
 /// Inner points over one equivalent diameter.
 const GRID: f64 = 12.0;
 /// Weight of points inside a sphere where spheres may not stick out freely.
@@ -63,7 +65,7 @@ pub struct Fitted {
     /// reach it are used, at most `spheres`; 0.0001 to 0.5. Left out: all spheres are used.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<f64>,
-    /// How far a sphere may stick out of the solid; 0 (inscribed) to 0.5. Left out: freely, for the least error.
+    /// How far a sphere may stick out of the solid; 0 (inscribed) to 0.5. Left out: up to 0.12, for the least error.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub protrusion: Option<f64>,
     /// Whether the union gets the volume of the solid; default `matched`. Without effect where `protrusion` is given.
@@ -188,10 +190,9 @@ impl Fitted {
         let stride = coarse.points.len().div_ceil(CANDIDATES);
         let at_most = self.protrusion.unwrap_or(f64::INFINITY);
         let mut allowed = (0.4 / count as f64).clamp(0.002, 0.03).min(at_most) * diameter;
-        let limit = |centre: &Vec3| match self.protrusion {
-            None => f64::INFINITY,
-            Some(protrusion) => protrusion * diameter - target.distance.at(centre),
-        };
+        // Even free spheres are held back: far off the surface there are no points to see them.
+        let most = self.protrusion.unwrap_or(FREE) * diameter;
+        let limit = |centre: &Vec3| most - target.distance.at(centre);
         let maximal = |coarse: &Patches, allowed: f64| {
             let mut balls = cover::candidates(coarse, stride, allowed, smallest, widest);
             for ball in &mut balls {
@@ -323,7 +324,9 @@ fn match_volume(balls: &mut [Ball], target: &Target, smallest: f64) {
     let excess =
         |by: f64| united::balls(&grown(balls, by), united::PANELS / 4).mass.volume / wanted - 1.0;
     let (mut x0, mut y0) = (0.0, excess(0.0));
-    let mut x1 = -y0 * wanted / target.solid.mesh.area();
+    // A fit is never so far off that more is needed.
+    let most = 0.1 * target.diameter;
+    let mut x1 = (-y0 * wanted / target.solid.mesh.area()).clamp(-most, most);
     for _ in 0..4 {
         if y0.abs() < 1e-5 {
             break;
@@ -333,7 +336,7 @@ fn match_volume(balls: &mut [Ball], target: &Target, smallest: f64) {
         if y1.abs() >= y0.abs() || slope <= 0.0 || !slope.is_finite() {
             break;
         }
-        (x0, y0, x1) = (x1, y1, x1 - y1 / slope);
+        (x0, y0, x1) = (x1, y1, (x1 - y1 / slope).clamp(-most, most));
     }
     let moved = grown(balls, x0);
     balls.copy_from_slice(&moved);
@@ -403,6 +406,18 @@ mod tests {
                     assert!(out <= (protrusion + 1e-9) * target.diameter, "{out:e}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn blades_do_not_tempt_spheres_to_grow_without_bound() {
+        for edges in [Vec3::new(30.0, 30.0, 1.0), Vec3::new(20.0, 3.0, 0.5)] {
+            let plate = solid("plate", box_mesh(edges));
+            let clump = make(&plate, quick(16));
+            let f = clump.fidelity.expect("measured");
+            assert!(f.volume_error.abs() < 1e-3, "{f:?}");
+            assert!(f.largest_distance < 0.5 * f.equivalent_diameter, "{f:?}");
+            assert!(clump.balls.iter().all(|b| b.radius < 0.25 * f.equivalent_diameter));
         }
     }
 
