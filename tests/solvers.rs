@@ -42,6 +42,7 @@ fn model(dimension: Dimension, contact: Contact) -> Model {
             zero_every: 0,
             zero_until: 0,
             insist: false,
+            guard: Default::default(),
         },
     }
 }

@@ -123,6 +123,7 @@ fn empty(title: &str, dimension: Dimension, mass: f64) -> Model {
             scheme: Scheme::Leapfrog,
             law: Scheme::Leapfrog.law(),
             insist: true,
+            guard: Default::default(),
         },
     }
 }

@@ -9,21 +9,29 @@
 //! of the window in which the force, linear in time, would pull is cut off.
 //! The tangential spring ξ stands at the middle of the window,
 //! ξ = ξ_n + φ Δt/2 w (0 at entry), and |φ (kt ξ + ct w_m)| ≤ μ f with w_m implicit
-//! like ġ_m. It is kept half a step back, ξ + (φ − 1) Δt/2 w, and the half step to
+//! like ġ_m; w, the sliding velocity at t_n, is taken with the contact plane and the arms of
+//! t_n. ξ is kept half a step back, ξ + (φ − 1) Δt/2 w, and the half step to
 //! t_n is added with the velocity then known: that is the spring of the energies.
+//!
+//! Where the Coulomb limit L = μ f/φ cuts a trial force T, the spring goes back along the
+//! mean of the old direction n₀ and the new one n₁ (generalised trapezoidal return, Ortiz & Popov
+//! 1985, Int. J. Numer. Meth. Engng 21, 1561, with θ = ½): L n₁ = T − λ (n₀ + n₁)/2, |n₁| = 1,
+//! so λ = (|T|² − L²)/(L + T·n₀), in closed form. Return along n₁ alone (radial) is of first order
+//! while the direction turns, as it does for clumps and spinning spheres; it is used
+//! where T·n₀ ≤ 0. A contact with a tangential dashpot begins with the spring that the law
+//! asks for at its first moment, kt ξ = −(ct |w| − μ f)₊ w/|w|.
 //!
 //! Where all contacts persist this is position Verlet. Second order where contacts
 //! begin and end; velocity Verlet, Runge–Kutta 4 and their like are of first order
-//! there, because a clipped dashpot's force jumps within a step. While a contact slips
-//! in a turning direction (clumps mostly) the Coulomb limit's radial return is of first order.
+//! there, because a clipped dashpot's force jumps within a step.
 //! Source: own; related: Kuhn (2020, slip within a step), Swope et al. (1982, position Verlet).
 //!
-//! Dissipation is the work that the forces do beyond what springs store; a spring
-//! cut in the step in which a contact begins may give back ½ kt of the square of the
-//! cut. Symbols as in [`super::law`]. O(1); cannot fail.
+//! Dissipation is the work that the forces do beyond what springs store; a contact that
+//! begins slipping is taken to end its step with twice the spring of its middle.
+//! Symbols as in [`super::law`]. O(1); cannot fail.
 
 use super::law::{BookView, Cut, Reply, Rule, Tally, cut, rescale};
-use crate::model::Contact;
+use crate::model::{Contact, Coulomb};
 use crate::num::Vec3;
 
 /// A contact, or what may become one, at the middle of a step.
@@ -37,8 +45,9 @@ pub struct Meeting {
     pub velocity: Vec3,
     /// The same of the acceleration in the last step, m/s²; with dashpots only.
     pub pull: Vec3,
-    /// Relative acceleration of the contact points by free rotation of clumps, m/s².
-    pub bend: Vec3,
+    /// The velocity at t_n, with the places of then and no part along the normal of then,
+    /// m/s; with friction only.
+    pub early: Vec3,
     /// Inverse effective mass along the normal, 1/kg; with dashpots only.
     pub ease: f64,
 }
@@ -86,42 +95,45 @@ pub fn respond<const FRICTION: bool, const DAMPING: bool>(
     let rate = meeting.velocity.dot(&normal);
     let half = 0.5 * span * rate;
     let slide = meeting.velocity - normal * rate;
-    // Springs need the velocity at t_n, before members of clumps have turned for half a step.
-    let early = |step: f64| {
-        if FRICTION {
-            let bend = meeting.bend - normal * meeting.bend.dot(&normal);
-            slide - bend * (0.5 * step)
-        } else {
-            slide
-        }
-    };
+    let early =
+        if FRICTION { meeting.early - normal * meeting.early.dot(&normal) } else { Vec3::zeros() };
     let Some((from, to)) = window(meeting.gap - half, meeting.gap + half) else {
         if book.touching[k] {
-            release::<FRICTION>(pair, meeting, early(span) * (0.5 * span), book, k, tally);
+            release::<FRICTION>(pair, meeting, early * (0.5 * span), book, k, tally);
         }
         return None;
     };
     let part = to - from;
     let elastic = -pair.kn * (meeting.gap + (from + to - 1.0) * half) * part;
     let mut force = elastic;
+    let mut first = 0.0;
     if DAMPING {
         let own = book.lag[k][0] * meeting.ease;
         let free = rate + 0.5 * span * (meeting.pull.dot(&normal) - own);
         let drag = pair.cn * part;
         let implicit = 0.5 * span * meeting.ease;
         force = (elastic - drag * free) / (1.0 + implicit * drag);
+        let lean = (pair.kn * part * half).abs();
+        first = pair.friction * (force / part - lean).max(0.0);
         if !rule.law.tension {
-            force = part * pushing(force / part, (pair.kn * part * half).abs());
+            force = part * pushing(force / part, lean);
         }
         tally.normal_dashpot += rule.interval * (elastic - force) * (free + implicit * force);
     }
     let mut tangent = Vec3::zeros();
     if FRICTION {
-        let early = early(span);
-        let old = if book.touching[k] {
-            rescale(&book.spring[k], &normal) + early * (0.5 * span)
+        let entry = !book.touching[k];
+        let (back, old) = if entry {
+            let start = if DAMPING { begin(pair, &early, first) } else { Vec3::zeros() };
+            (Vec3::zeros(), start)
         } else {
-            Vec3::zeros()
+            let carried = rescale(&book.spring[k], &normal);
+            let back = if DAMPING && pair.ct > 0.0 {
+                normal * book.pull[k].dot(&normal) - book.pull[k]
+            } else {
+                carried
+            };
+            (back, carried + early * (0.5 * span))
         };
         let way = early * (part * span);
         let trial = old + way * 0.5;
@@ -133,19 +145,24 @@ pub fn respond<const FRICTION: bool, const DAMPING: bool>(
         }
         let limit = pair.friction * force.abs() / part;
         let Cut { spring, dash, force: against, slips } =
-            cut(rule.law.coulomb, pair, trial, sliding, limit);
+            turn_back(pair, trial, sliding, limit, &back);
         tangent = against * -part;
+        let plain = !(DAMPING && pair.ct > 0.0);
+        let end = if entry && slips && plain { spring * 2.0 } else { spring + way * 0.5 };
         if rule.interval > 0.0 {
-            if slips {
+            if entry {
+                // All work that the spring did not keep.
+                let kept = end.norm_squared();
+                tally.slip += pair.kt * (spring.dot(&way) - 0.5 * kept);
+            } else if slips {
                 tally.slip += 0.5 * pair.kt * (trial - way + spring).dot(&(trial - spring));
             }
             if DAMPING {
                 tally.tangential_dashpot += rule.interval * part * dash.dot(&sliding);
             }
         }
-        book.spring[k] = spring + (way - early * step) * 0.5;
+        book.spring[k] = end - early * (0.5 * step);
         if to < 1.0 {
-            let end = spring + way * 0.5;
             tally.slip += 0.5 * pair.kt * end.norm_squared();
         }
     }
@@ -161,6 +178,40 @@ pub fn respond<const FRICTION: bool, const DAMPING: bool>(
         }
     }
     Some(Reply { normal: force, tangent })
+}
+
+/// The spring at the first moment of a contact with a tangential dashpot, m, where the
+/// Coulomb limit is `limit` [N].
+#[inline(always)]
+fn begin(pair: &Contact, slide: &Vec3, limit: f64) -> Vec3 {
+    let size = slide.norm();
+    let over = pair.ct * size - limit;
+    if pair.ct > 0.0 && pair.kt > 0.0 && over > 0.0 {
+        slide * (-over / (pair.kt * size))
+    } else {
+        Vec3::zeros()
+    }
+}
+
+/// Applies the Coulomb limit to a trial spring; `back` has the direction of the force of the
+/// step before, or is 0.
+#[inline(always)]
+fn turn_back(pair: &Contact, trial: Vec3, slide: Vec3, limit: f64, back: &Vec3) -> Cut {
+    let dash = slide * pair.ct;
+    let total = trial * pair.kt + dash;
+    let square = total.norm_squared();
+    if square <= limit * limit {
+        return Cut { spring: trial, dash, force: total, slips: false };
+    }
+    let (ahead, length) = (total.dot(back), back.norm());
+    if !(ahead > 0.0 && length > 0.0 && pair.kt > 0.0) {
+        return cut(Coulomb::Sum, pair, trial, slide, limit);
+    }
+    let way = 0.5 * (square - limit * limit) / (limit + ahead / length);
+    let raw = total - back * (way / length);
+    // |raw| = limit + way but for rounding and parts of `back` along the normal.
+    let force = raw * (limit / raw.norm());
+    Cut { spring: (force - dash) / pair.kt, dash, force, slips: true }
 }
 
 /// Sliding velocity at the middle of the step with the contact's own force in it.

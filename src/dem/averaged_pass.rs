@@ -2,9 +2,12 @@
 //! accelerations of the last step and effective masses. See [`super::averaged`].
 //!
 //! Normals, closest points and walls are those of the middle of the step, gap rates
-//! are taken along these normals. A triangle mesh therefore hands a sphere from one
-//! face to the next at the middle of a step: at edges and corners the scheme is of
-//! first order, as the rest are. O(candidates); cannot fail.
+//! are taken along these normals; sliding velocities are those of the beginning of the step,
+//! with normals and arms of then, so that displacements from middle to middle are of
+//! second order while normals turn (walls that turn are taken as they are at the middle). A
+//! triangle mesh hands a sphere from one face to the next at the middle of a step: where
+//! that changes the number of contacts, at bent edges, the scheme is of first order, as the
+//! rest are. O(candidates); cannot fail.
 
 use super::averaged::{Meeting, respond, window};
 use super::forces::{Field, Push};
@@ -85,15 +88,17 @@ impl Memory {
         }
     }
 
-    /// Acceleration of the point `arm` from the centre of a ball by free rotation of its clump.
+    /// Velocity of the centre of a ball and its spin `half` a step before the places of the
+    /// pass: those of the pass but for the free rotation of clumps.
     #[inline(always)]
-    fn bend(&self, slot: usize, ball: &Ball, arm: &Vec3) -> Vec3 {
+    fn early(&self, slot: usize, ball: &Ball, spin: &Vec3, half: f64) -> (Vec3, Vec3) {
         if ball.alone {
-            return Vec3::zeros();
+            return (ball.velocity, *spin);
         }
         let bulk = &self.solids[self.balls[slot].solid as usize];
-        let lever = ball.place + arm - bulk.place;
-        bulk.nutation.cross(&lever) + bulk.spin.cross(&bulk.spin.cross(&lever))
+        let lever = ball.place - bulk.place;
+        let bend = bulk.nutation.cross(&lever) + bulk.spin.cross(&bulk.spin.cross(&lever));
+        (ball.velocity - bend * half, spin - bulk.nutation * half)
     }
 
     /// Inverse effective mass of a ball's body for a force along the contact normal.
@@ -146,10 +151,9 @@ pub fn pair<const FRICTION: bool, const DAMPING: bool>(
     let gap = distance - sum;
     let share = field.setting.share;
     let arms = [me.radius + share * gap, them.radius + share * gap];
-    let (mut pull, mut bend, mut ease) = (Vec3::zeros(), Vec3::zeros(), 0.0);
+    let (mut pull, mut early, mut ease) = (Vec3::zeros(), Vec3::zeros(), 0.0);
     if FRICTION {
-        bend = field.memory.bend(slot, me, &(normal * -arms[0]))
-            - field.memory.bend(other, them, &(normal * arms[1]));
+        early = early_slide(field, [slot, other], &between, &velocity);
         velocity += normal.cross(&(field.spins[slot] * arms[0] + field.spins[other] * arms[1]));
     }
     if DAMPING {
@@ -161,7 +165,7 @@ pub fn pair<const FRICTION: bool, const DAMPING: bool>(
         ease = field.memory.along(slot, me, &normal) + field.memory.along(other, them, &normal);
     }
     let law = field.setting.pair(me.material, them.material);
-    let meeting = Meeting { normal, gap, velocity, pull, bend, ease };
+    let meeting = Meeting { normal, gap, velocity, early, pull, ease };
     let across = |direction: &Vec3| {
         field.memory.across(field, slot, &(normal * -arms[0]), direction)
             + field.memory.across(field, other, &(normal * arms[1]), direction)
@@ -173,11 +177,35 @@ pub fn pair<const FRICTION: bool, const DAMPING: bool>(
     Some(Push { force: normal * size + tangent, couple, arms })
 }
 
+/// Sliding velocity of two balls at the beginning of the step, m/s, from their places
+/// and velocities at its middle.
+#[inline(always)]
+fn early_slide(
+    field: &Field<'_>,
+    [slot, other]: [usize; 2],
+    between: &Vec3,
+    velocity: &Vec3,
+) -> Vec3 {
+    let (me, them) = (&field.balls[slot], &field.balls[other]);
+    let half = 0.5 * field.rule.advance;
+    let before = between - velocity * half;
+    let distance = before.norm();
+    let normal = before * distance.recip();
+    let depth = field.setting.share * (distance - me.radius - them.radius);
+    let (mine, my_spin) = field.memory.early(slot, me, &field.spins[slot], half);
+    let (theirs, their_spin) = field.memory.early(other, them, &field.spins[other], half);
+    let turning = my_spin * (me.radius + depth) + their_spin * (them.radius + depth);
+    let whole = mine - theirs + normal.cross(&turning);
+    whole - normal * whole.dot(&normal)
+}
+
 /// A sphere near a wall.
 struct Spot<'a> {
     /// From the wall to the centre of the sphere, m, and its length.
     away: Vec3,
     distance: f64,
+    /// From the wall to the centre at the beginning of the step, m; with friction only.
+    before: Vec3,
     /// Point of the wall that is closest, m.
     foot: Vec3,
     motion: &'a Motion,
@@ -201,9 +229,15 @@ fn at_wall<const FRICTION: bool, const DAMPING: bool>(
     let arm = ball.radius + gap * spot.share;
     let moving = spot.motion.velocity(&spot.foot);
     let mut velocity = ball.velocity - moving;
-    let (mut pull, mut bend, mut ease) = (Vec3::zeros(), Vec3::zeros(), 0.0);
+    let (mut pull, mut early, mut ease) = (Vec3::zeros(), Vec3::zeros(), 0.0);
     if FRICTION {
-        bend = field.memory.bend(slot, ball, &(normal * -arm));
+        let half = 0.5 * field.rule.advance;
+        let distance = spot.before.norm();
+        let (old, depth) = (spot.before / distance, distance - ball.radius);
+        let lever = ball.radius + depth * spot.share;
+        let (mine, spin) = field.memory.early(slot, ball, &field.spins[slot], half);
+        let whole = mine - moving + old.cross(&(spin * lever));
+        early = whole - old * whole.dot(&old);
         velocity += normal.cross(&(field.spins[slot] * arm));
     }
     if DAMPING {
@@ -215,7 +249,7 @@ fn at_wall<const FRICTION: bool, const DAMPING: bool>(
         ease = field.memory.along(slot, ball, &normal);
     }
     let law = field.setting.pair(ball.material, spot.material);
-    let meeting = Meeting { normal, gap, velocity, pull, bend, ease };
+    let meeting = Meeting { normal, gap, velocity, early, pull, ease };
     let across = |direction: &Vec3| field.memory.across(field, slot, &(normal * -arm), direction);
     let rule = (field.rule, field.setting.step);
     let reply = respond::<FRICTION, DAMPING>(rule, law, &meeting, across, book, k, tally);
@@ -244,10 +278,13 @@ pub fn on_planes<const FRICTION: bool, const DAMPING: bool>(
         let plane = &field.planes[*partner as usize];
         let height = (ball.place - plane.point).dot(&plane.normal);
         let away = plane.normal * height;
+        let foot = ball.place - away;
+        let drift = (ball.velocity - plane.motion.velocity(&foot)).dot(&plane.normal);
         let spot = Spot {
             away,
             distance: height.abs(),
-            foot: ball.place - away,
+            before: plane.normal * (height - 0.5 * field.rule.advance * drift),
+            foot,
             motion: &plane.motion,
             material: plane.material,
             share: plane.share,
@@ -285,9 +322,16 @@ pub fn on_faces<const FRICTION: bool, const DAMPING: bool>(
         let wall =
             &field.setting.model.walls[field.setting.surfaces.wall[*partner as usize] as usize];
         let away = ball.place - hit.point;
+        let mut before = away;
+        if FRICTION {
+            let drift = ball.velocity - wall.motion.velocity(&hit.point);
+            let place = ball.place - drift * (0.5 * field.rule.advance);
+            before = place - surface::closest(&place, &field.faces[*partner as usize]).0;
+        }
         let spot = Spot {
             away,
             distance: away.norm(),
+            before,
             foot: hit.point,
             motion: &wall.motion,
             material: wall.material,

@@ -29,11 +29,20 @@ pub fn simulate(
     if !model.plan.insist && step > advice.limit {
         return Err(DemError::StepTooLarge { step, limit: advice.limit, reason: advice.reason });
     }
+    let deepest = advice.deepest.filter(|worst| worst.depth > model.plan.guard.overlap);
+    let watched = model.plan.guard.overlap > 0.0 && model.plan.zero_every == 0;
+    if let (Some(worst), true) = (deepest, watched && resume.is_none()) {
+        return Err(DemError::Overlap {
+            worst: worst.to_string(),
+            limit: model.plan.guard.overlap,
+        });
+    }
     let setting = Setting::new(model);
+    let mut watch = guard::Watch::default();
     let mut work = Workspace::new(job.threads, model.spheres.len());
     let (mut state, mut stopped) = match resume {
         Some(bytes) => (checkpoint::read(model, bytes)?, None),
-        None => start(&setting, &mut work, observer),
+        None => start(&setting, &mut work, &mut watch, observer),
     };
     let (from, loop_begun) = (state.step, Instant::now());
     let mut outcome = None;
@@ -51,7 +60,11 @@ pub fn simulate(
             outcome = Some(Outcome::Cancelled { step: state.step });
             break;
         }
-        (stopped, owed) = one_step(&setting, &mut state, &mut work, owed);
+        owed = one_step(&setting, &mut state, &mut work, owed);
+        stopped = watch.after_step(&setting, &state);
+        if stopped.is_some() && owed {
+            motion::finish(&setting, &mut state);
+        }
         zeroing::apply(&setting, &mut state);
         if stopped.is_some() || is_due(&setting, state.step) {
             record(&setting, &mut state, observer, stopped.is_some())?;
@@ -60,7 +73,10 @@ pub fn simulate(
             job.report("steps", state.step, model.plan.steps);
         }
     }
-    let stopped = stopped.or_else(|| guard::check(&setting, &state));
+    let stopped = stopped.or_else(|| watch.look(&setting, &state, true));
+    if stopped.is_some() {
+        keep_the_good(&setting, &state, &mut watch, observer)?;
+    }
     let loop_seconds = loop_begun.elapsed().as_secs_f64();
     let outcome = outcome.unwrap_or(match stopped {
         None => Outcome::Finished,
@@ -83,6 +99,7 @@ pub fn simulate(
         },
         advice,
         rebuilds: state.rebuilds,
+        notes: watch.notes,
     })
 }
 
@@ -90,11 +107,12 @@ pub fn simulate(
 fn start(
     setting: &Setting<'_>,
     work: &mut Workspace,
+    watch: &mut guard::Watch,
     observer: &mut dyn Observer,
 ) -> (State, Option<String>) {
     let mut state = State::new(setting);
     neighbours::rebuild(setting, &mut state);
-    let stopped = guard::check(setting, &state);
+    let stopped = watch.look(setting, &state, false);
     force_pass(setting, &mut state, work, true);
     let ledger = (
         ledger::kinetic(setting, &state) + ledger::stored(setting, &state),
@@ -108,32 +126,43 @@ fn start(
     (state, stopped)
 }
 
-/// From one force pass to just after the next. `owed` in and out: whether the second half
-/// kick is still to be done. Also why the run must stop.
-fn one_step(
+/// Hands over what can be looked at and gone on from after the guard has stopped a run: a
+/// checkpoint of the state, or where it holds numbers that are not finite, the last good frame.
+fn keep_the_good(
     setting: &Setting<'_>,
-    state: &mut State,
-    work: &mut Workspace,
-    owed: bool,
-) -> (Option<String>, bool) {
+    state: &State,
+    watch: &mut guard::Watch,
+    observer: &mut dyn Observer,
+) -> Result<(), DemError> {
+    if guard::finite(state) {
+        observer.checkpoint(&checkpoint::write(setting.model, state)?);
+    } else if let Some(good) = watch.good.take().filter(|good| good.step > 0) {
+        observer.frame(&good);
+    }
+    Ok(())
+}
+
+/// From one force pass to just after the next. `owed` in and out: whether the second half
+/// kick is still to be done.
+fn one_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace, owed: bool) -> bool {
     if setting.scheme == Scheme::PathAveraged {
-        return (averaged_step(setting, state, work), false);
+        averaged_step(setting, state, work);
+        return false;
     }
     state.ledger.add_half();
-    let mut stopped = None;
     if motion::advance(setting, state, owed) | state.bonds.take_changed() {
         neighbours::rebuild(setting, state);
-        stopped = guard::check(setting, state);
     }
     force_pass(setting, state, work, false);
-    let owed = stopped.is_none() && !is_due(setting, state.step);
+    let owed = !is_due(setting, state.step);
     if !owed {
         motion::finish(setting, state);
     }
-    (stopped, owed)
+    owed
 }
 
-/// Whether something is written after step `step`.
+/// Whether velocities are looked at after step `step`: something is written, or the guard
+/// does its sums.
 fn is_due(setting: &Setting<'_>, step: u64) -> bool {
     let plan = &setting.model.plan;
     let every = |steps: u64| step.is_multiple_of(steps.max(1));
@@ -141,21 +170,19 @@ fn is_due(setting: &Setting<'_>, step: u64) -> bool {
         || zeroing::due(plan, step)
         || every(plan.frame_every)
         || every(plan.series_every)
+        || every(guard::EVERY)
         || (plan.checkpoint_every > 0 && every(plan.checkpoint_every))
 }
 
 /// Half a step, force pass, half a step.
-fn averaged_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace) -> Option<String> {
-    let mut stopped = None;
+fn averaged_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace) {
     if averaged_motion::first_half(setting, state) | state.bonds.take_changed() {
         neighbours::rebuild(setting, state);
-        stopped = guard::check(setting, state);
     }
     force_pass(setting, state, work, false);
     averaged_motion::second_half(setting, state);
     // Powers act over the whole of this step.
     state.ledger.add_half();
-    stopped
 }
 
 /// Contact forces, local damping, and their energies.

@@ -1,11 +1,36 @@
 //! Stops a run that can no longer be trusted, in words that say what to do.
 //!
-//! Checked whenever lists are built (a body cannot go farther than half the
-//! skin between two builds) and at the end. O(N + contacts).
+//! After each step in which lists were built (a body cannot go farther than half the skin
+//! between two builds), and every [`EVERY`] steps:
+//! - numbers that are not finite, bodies outside the domain, bodies that move too large a
+//!   part of a radius in a step (and may pass through walls and each other);
+//! - a step above the bound of the contacts that are there now (see [`super::network`]);
+//! - overlaps.
+//!
+//! Every [`EVERY`] steps only, since they cost about a force pass each:
+//! - energy from nowhere in the ledger;
+//! - shaking: in an unstable run the fastest mode changes sign in every step, which no
+//!   contact that is resolved does. With Δ the changes of all contact forces from one step
+//!   to the next, Σ Δ_n·Δ_{n+1}/m over √(Σ Δ_n²/m Σ Δ_{n+1}²/m) is cos ω Δt for a mode, so -1
+//!   at the limit. Three times in a row below −[`Guard::shaking`](crate::model::Guard), with changes of
+//!   at least [`NOISE`] of the forces that do not die out (by half between two looks), and the run stops. The ledger does not see this: an unstable
+//!   bed compacts, and its dashpots take what gravity gives.
+//!
+//! If the plan insists, what concerns the step is noted instead. O(N + contacts) a look.
 
-use super::limit;
+use super::ledger;
+use super::network::Network;
 use super::setting::Setting;
 use super::state::State;
+use crate::model::{Frame, Guard};
+use crate::num::Vec3;
+
+/// Most steps between two looks.
+pub const EVERY: u64 = 128;
+/// Changes of contact forces below this part of the forces are not looked at.
+const NOISE: f64 = 1e-3;
+/// The last good frame is kept in scenes of at most so many spheres (200 bytes each).
+const KEPT: usize = 200_000;
 
 /// Whether all places, motions and loads are finite numbers.
 pub fn finite(state: &State) -> bool {
@@ -18,8 +43,147 @@ pub fn finite(state: &State) -> bool {
         && state.spins.iter().all(|spin| spin.iter().all(|x| x.is_finite()))
 }
 
-/// Why the run must stop now; `None` if all is well.
-pub fn check(setting: &Setting<'_>, state: &State) -> Option<String> {
+/// Looks after a run. Nothing of it changes a number of the run.
+#[derive(Debug, Default)]
+pub struct Watch {
+    rebuilds: u64,
+    /// Loads of the last steps while they are compared, and the builds they belong to.
+    loads: Vec<Vec<Vec3>>,
+    loads_of: u64,
+    /// Times in a row that the run was found shaking, and how much of the forces changed.
+    shaking: (u32, f64),
+    /// What has been noted.
+    noted: Vec<&'static str>,
+    /// The last frame of a look that found nothing.
+    pub good: Option<Frame>,
+    /// What was found and not acted on.
+    pub notes: Vec<String>,
+}
+
+impl Watch {
+    /// To be called after each step, with places at `state.step` times the step. Why the run
+    /// must stop; `None` if all is well.
+    pub fn after_step(&mut self, setting: &Setting<'_>, state: &State) -> Option<String> {
+        let due = state.step.is_multiple_of(EVERY);
+        let rebuilt = state.rebuilds != self.rebuilds;
+        let mut stop = None;
+        if due || rebuilt {
+            self.rebuilds = state.rebuilds;
+            stop = self.look(setting, state, due);
+        }
+        // Three loads in a row, once every `EVERY` steps.
+        if stop.is_none() && state.step % EVERY >= EVERY - 3 {
+            stop = self.compare(setting, state);
+        }
+        stop
+    }
+
+    /// Looks now; `whole` at what costs a force pass too.
+    pub fn look(&mut self, setting: &Setting<'_>, state: &State, whole: bool) -> Option<String> {
+        let guard = &setting.model.plan.guard;
+        if let Some(reason) = places(setting, state) {
+            return Some(reason);
+        }
+        let network = Network::new(setting, state, state.step as f64 * setting.step);
+        let fast = self.once("travel", setting, state, || travel(setting, state, guard));
+        if fast.is_some() {
+            return fast;
+        }
+        let bound = self.once("bound", setting, state, || {
+            network.exceeded_by(setting.step).map(|bound| {
+                format!(
+                    "the step {} s is above the stability bound {:.4e} s of the contacts that are \
+                     there now, that of body {} first; use a step below the bound, or lower the \
+                     stiffness",
+                    setting.step, bound.step, bound.body
+                )
+            })
+        });
+        if bound.is_some() {
+            return bound;
+        }
+        // A crowded packing that relaxes is deep in itself.
+        let watched = guard.overlap > 0.0 && setting.model.plan.zero_every == 0;
+        let deepest = network.deepest().filter(|worst| watched && worst.depth > guard.overlap);
+        if let Some(worst) = deepest {
+            return Some(format!(
+                "{worst}; use a stiffer contact, a smaller step or slower walls, or raise \
+                 plan.guard.overlap ({})",
+                guard.overlap
+            ));
+        }
+        if !whole {
+            return None;
+        }
+        if let Some(reason) = gain(setting, state, guard) {
+            return Some(reason);
+        }
+        if state.balls.len() <= KEPT {
+            self.good = Some(state.frame(setting));
+        }
+        None
+    }
+
+    /// Compares the loads of this step with those of the two before.
+    fn compare(&mut self, setting: &Setting<'_>, state: &State) -> Option<String> {
+        let most = setting.model.plan.guard.shaking;
+        if most == 0.0 {
+            return None;
+        }
+        if self.loads_of != state.rebuilds {
+            // Spheres may have changed places in memory.
+            self.loads.clear();
+            self.loads_of = state.rebuilds;
+        }
+        self.loads.push(state.loads.iter().map(|load| load.force).collect());
+        if self.loads.len() < 3 {
+            return None;
+        }
+        let (opposed, change, body) = shaking(setting, state, &self.loads);
+        self.loads.clear();
+        let (times, before) = self.shaking;
+        self.shaking = match (opposed > most, change > 0.5 * before) {
+            (true, true) => (times + 1, change),
+            (true, false) => (1, change),
+            _ => (0, 0.0),
+        };
+        if self.shaking.0 < 3 {
+            return None;
+        }
+        self.once("shaking", setting, state, || {
+            Some(format!(
+                "contact forces change sign from step to step (body {body} most): the run is \
+                 unstable at the step {} s; use half of it, or lower the stiffness",
+                setting.step
+            ))
+        })
+    }
+
+    /// The reason that `find` finds, unless the plan insists on its step; then it is noted,
+    /// the first time of its `kind`, and not looked for again.
+    fn once(
+        &mut self,
+        kind: &'static str,
+        setting: &Setting<'_>,
+        state: &State,
+        find: impl FnOnce() -> Option<String>,
+    ) -> Option<String> {
+        if !setting.model.plan.insist {
+            return find();
+        }
+        if !self.noted.contains(&kind)
+            && let Some(reason) = find()
+        {
+            let time = state.step as f64 * setting.step;
+            self.noted.push(kind);
+            self.notes.push(format!("at t = {time:.6} s, gone on as insisted: {reason}"));
+        }
+        None
+    }
+}
+
+/// Numbers that are not finite, and bodies outside the domain.
+fn places(setting: &Setting<'_>, state: &State) -> Option<String> {
     let domain = &setting.model.domain;
     for ball in &state.balls {
         let body = ball.body;
@@ -38,28 +202,74 @@ pub fn check(setting: &Setting<'_>, state: &State) -> Option<String> {
                 ball.place.x, ball.place.y, ball.place.z
             ));
         }
-        if setting.model.plan.insist {
-            continue;
-        }
-        let speed = ball.velocity.norm();
-        if speed * setting.step > 0.5 * ball.radius {
-            return Some(format!(
-                "body {body} moves {:.2} of its radius in one step (speed {speed} m/s) and may \
-                 pass through walls and other bodies; use a step below {:.3e} s",
-                speed * setting.step / ball.radius,
-                0.1 * ball.radius / speed
-            ));
-        }
     }
-    if setting.model.plan.insist {
+    None
+}
+
+/// Bodies that move too far in a step.
+fn travel(setting: &Setting<'_>, state: &State, guard: &Guard) -> Option<String> {
+    let most = guard.travel;
+    let fast =
+        |velocity: &Vec3, radius: f64| most > 0.0 && velocity.norm() * setting.step > most * radius;
+    let ball = state.balls.iter().find(|ball| fast(&ball.velocity, ball.radius))?;
+    let speed = ball.velocity.norm();
+    Some(format!(
+        "body {} moves {:.2} of its radius in one step (speed {speed} m/s) and may pass through \
+         walls and other bodies; use a step below {:.3e} s",
+        ball.body,
+        speed * setting.step / ball.radius,
+        0.1 * ball.radius / speed
+    ))
+}
+
+/// Energy that came from nowhere.
+fn gain(setting: &Setting<'_>, state: &State, guard: &Guard) -> Option<String> {
+    if guard.gain == 0.0 {
         return None;
     }
-    let bound = limit::network_bound(setting, state, Some(setting.step))?;
-    (setting.step > bound.step).then(|| {
+    let row = ledger::row(setting, state);
+    let taken = row.normal_dashpot + row.tangential_dashpot + row.slip + row.local_damping;
+    let there = row.kinetic
+        + row.elastic
+        + taken
+        + row.rolling.abs()
+        + row.drag
+        + row.attraction.abs()
+        + row.wall_work.abs()
+        + row.gravitational.abs();
+    (row.energy_error > guard.gain * there).then(|| {
         format!(
-            "the step {} s is above the stability bound {:.4e} s of the contacts of body {}; \
-             reduce the step or the stiffness, or insist on the step",
-            setting.step, bound.step, bound.body
+            "the energy ledger has {:.3e} J too much, {:.2} of all energy: the step {} s is too \
+             large for what happens; reduce it, or raise plan.guard.gain ({})",
+            row.energy_error,
+            row.energy_error / there,
+            setting.step,
+            guard.gain
         )
     })
+}
+
+/// How far the last change of the forces is opposed to the one before, its size over that of
+/// the forces, and the body whose forces change most.
+fn shaking(setting: &Setting<'_>, state: &State, loads: &[Vec<Vec3>]) -> (f64, f64, u32) {
+    let (mut product, mut squares, mut whole) = (0.0, [0.0; 2], 0.0);
+    let mut most = (0.0, 0);
+    for (slot, ball) in state.balls.iter().enumerate() {
+        let light = 1.0 / setting.model.bodies[ball.body as usize].mass;
+        let (early, late) = (loads[1][slot] - loads[0][slot], loads[2][slot] - loads[1][slot]);
+        product += early.dot(&late) * light;
+        squares[0] += early.norm_squared() * light;
+        squares[1] += late.norm_squared() * light;
+        whole += loads[2][slot].norm_squared() * light;
+        let change = late.norm_squared() * light;
+        if change > most.0 {
+            most = (change, ball.body);
+        }
+    }
+    let noise = NOISE * NOISE * whole;
+    if squares[0] <= noise || squares[1] <= noise {
+        return (0.0, 0.0, most.1);
+    }
+    let change = (squares[1] / whole).sqrt();
+    (-product / (squares[0].sqrt() * squares[1].sqrt()), change, most.1)
 }

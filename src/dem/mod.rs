@@ -50,6 +50,7 @@ mod ledger;
 pub mod limit;
 mod motion;
 mod neighbours;
+mod network;
 mod rolling;
 mod setting;
 mod state;
@@ -68,6 +69,8 @@ mod test_bonds;
 mod test_extra;
 #[cfg(test)]
 mod test_far;
+#[cfg(test)]
+mod test_network;
 #[cfg(test)]
 // Digits as the reference tables have them.
 #[allow(clippy::excessive_precision)]
@@ -114,6 +117,8 @@ pub struct Summary {
     pub advice: Advice,
     /// Times the candidate lists were built.
     pub rebuilds: u64,
+    /// What the guard found and did not act on because the plan insists, one sentence each.
+    pub notes: Vec<String>,
 }
 
 /// Why a run could not begin.
@@ -128,6 +133,16 @@ pub enum DemError {
         limit: f64,
         /// What governs.
         reason: String,
+    },
+    /// Bodies are deep in each other or in a wall at the start.
+    #[error(
+        "{worst} at the start (allowed: {limit}); place them apart, or raise plan.guard.overlap"
+    )]
+    Overlap {
+        /// Which and how deep.
+        worst: String,
+        /// What the guard allows.
+        limit: f64,
     },
     /// The checkpoint cannot be used.
     #[error("the checkpoint {0}")]
@@ -161,7 +176,7 @@ pub fn run(model: &Model, job: &Job) -> Result<Run, DemError> {
         breaks: Some(summary.breaks),
         series: kept.rows,
         cost: summary.cost,
-        notes: Vec::new(),
+        notes: summary.notes,
     })
 }
 
@@ -398,6 +413,9 @@ pub const METHODS: &[MethodEntry] = &[
     },
 ];
 
+/// Largest rounding of positions, in radii.
+const ROUNDING: f64 = 1e-7;
+
 /// Refuses what the model's invariants exclude but a kernel would turn into nonsense.
 fn usable(model: &Model) -> Result<(), DemError> {
     let fault = |text: String| Err(DemError::Unusable(text));
@@ -428,6 +446,16 @@ fn usable(model: &Model) -> Result<(), DemError> {
         }
     }
     for (index, sphere) in model.spheres.iter().enumerate() {
+        let far = model.bodies[sphere.body as usize].position.amax();
+        if far * f64::EPSILON > ROUNDING * sphere.radius {
+            return fault(format!(
+                "body {} stands {far:.3e} m from the origin, where positions are rounded to {:.1e} m, too coarse \
+                 for a radius of {:.3e} m; move the scene nearer to the origin",
+                sphere.body,
+                far * f64::EPSILON,
+                sphere.radius
+            ));
+        }
         if !(sphere.radius.is_finite() && sphere.radius > 0.0) {
             return fault(format!("sphere {index} has the radius {} m", sphere.radius));
         }

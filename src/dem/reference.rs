@@ -51,6 +51,9 @@ struct Other {
     normal: Vec3,
     overlap: f64,
     arms: [f64; 2],
+    /// From the other side to the centre half a step before, and how the arm depends on the gap.
+    before: Vec3,
+    lean: f64,
     velocity: Vec3,
     spin: Vec3,
     body: Option<usize>,
@@ -268,6 +271,8 @@ impl<'a> Twin<'a> {
                 normal: between.normalize(),
                 overlap,
                 arms: [grain.radius - share * overlap, other.radius - share * overlap],
+                before: between - (grain.velocity - other.velocity) * (0.5 * self.span()),
+                lean: share,
                 velocity: other.velocity,
                 spin: other.spin,
                 body: Some(other.body),
@@ -294,6 +299,12 @@ impl<'a> Twin<'a> {
                 normal,
                 overlap,
                 arms: [grain.radius - plane.share * overlap, 0.0],
+                before: normal * height.abs()
+                    - plane.normal
+                        * ((grain.velocity - plane.motion.velocity(&foot)).dot(&plane.normal)
+                            * 0.5
+                            * self.span()),
+                lean: plane.share,
                 velocity: plane.motion.velocity(&(foot - normal * depth)),
                 spin: wall_spin(&plane.motion),
                 body: None,
@@ -332,12 +343,23 @@ impl<'a> Twin<'a> {
                 normal: away.normalize(),
                 overlap,
                 arms: [grain.radius - self.setting.share * overlap, 0.0],
+                before: {
+                    let drift = grain.velocity - wall.motion.velocity(&point);
+                    let place = grain.place - drift * (0.5 * self.span());
+                    place - closest(&place, &corners).0
+                },
+                lean: self.setting.share,
                 velocity: wall.motion.velocity(&(point - away.normalize() * depth)),
                 spin: wall_spin(&wall.motion),
                 body: None,
                 material: wall.material,
             });
         }
+    }
+
+    /// How far back the beginning of the step lies, s.
+    fn span(&self) -> f64 {
+        if self.steps == 0 { 0.0 } else { self.model.plan.step }
     }
 
     fn averaged(&self) -> bool {
@@ -490,18 +512,36 @@ impl<'a> Twin<'a> {
         };
         let pull = by_loads(grain.body, first)
             - second.map_or(Vec3::zeros(), |(body, lever)| by_loads(body, lever));
-        // What free rotation adds to the sliding velocity in half a step.
-        let freely = |body: usize, lever: Vec3| {
+        // Velocity of the centre and spin half a step before.
+        let earlier = |body: usize, place: Vec3, velocity: Vec3, spin: Vec3| {
             if self.single[body] {
-                return Vec3::zeros();
+                return (velocity, spin);
             }
-            let spin = self.states[body].spin;
-            self.acceleration(body, lever, Vec3::zeros(), self.momenta[body].cross(&spin))
-                + spin.cross(&spin.cross(&lever))
+            let state = &self.states[body];
+            let lever = place - state.position;
+            let torque = self.momenta[body].cross(&state.spin);
+            let local = state.orientation.inverse_transform_vector(&torque);
+            let twist = state.orientation * local.component_div(&self.model.bodies[body].inertia);
+            let pull = twist.cross(&lever) + state.spin.cross(&state.spin.cross(&lever));
+            (velocity - pull * (0.5 * h), spin - twist * (0.5 * h))
         };
-        let bend = freely(grain.body, first)
-            - second.map_or(Vec3::zeros(), |(body, lever)| freely(body, lever));
-        let early = slide - (bend - n * bend.dot(&n)) * (0.5 * h);
+        let early = {
+            let away = other.before.normalize();
+            let gap = match other.body {
+                Some(_) => other.before.norm() - grain.radius - grains[other.key.2].radius,
+                None => other.before.norm() - grain.radius,
+            };
+            let (v, w) = earlier(grain.body, grain.place, grain.velocity, grain.spin);
+            let mine = v - w.cross(&away) * (grain.radius + other.lean * gap);
+            let theirs = other.body.map_or(other.velocity, |body| {
+                let there = &grains[other.key.2];
+                let (v, w) = earlier(body, there.place, there.velocity, there.spin);
+                v + w.cross(&away) * (there.radius + other.lean * gap)
+            });
+            let whole = mine - theirs;
+            let flat = whole - away * whole.dot(&away);
+            flat - n * flat.dot(&n)
+        };
         let own = old.map_or(Vec3::zeros(), |spring| spring.force);
         let ease = yields(n);
         // The normal force of the last pass is kept as a number, along the normal of then.
@@ -510,9 +550,10 @@ impl<'a> Twin<'a> {
         let spring_force = -pair.kn * gap_at(0.5 * (from + to)) * part;
         let mut normal =
             (spring_force - pair.cn * part * free) / (1.0 + 0.5 * h * pair.cn * part * ease);
+        // Over the window the force falls or rises linearly by kn times the change of the gap.
+        let change = pair.kn * (gap_at(to) - gap_at(from)).abs();
+        let weakest = (normal / part - 0.5 * change).max(0.0);
         if !self.model.plan.law.tension && pair.cn + pair.ct > 0.0 {
-            // Over the window the force falls or rises linearly by kn times the change of the gap.
-            let change = pair.kn * (gap_at(to) - gap_at(from)).abs();
             let (high, low) = (normal / part + 0.5 * change, normal / part - 0.5 * change);
             if high <= 0.0 {
                 normal = 0.0;
@@ -520,12 +561,20 @@ impl<'a> Twin<'a> {
                 normal = 0.5 * high * (high / (high - low)) * part;
             }
         }
-        let begun = old.map_or(Vec3::zeros(), |spring| {
+        let turned = old.map(|spring| {
             let flat = spring.stretch - n * spring.stretch.dot(&n);
             let size = flat.norm();
-            let kept = if size > 0.0 { flat * (spring.stretch.norm() / size) } else { flat };
-            kept + early * (0.5 * h)
+            if size > 0.0 { flat * (spring.stretch.norm() / size) } else { flat }
         });
+        let dashed = pair.ct > 0.0;
+        let begun = match turned {
+            Some(kept) => kept + early * (0.5 * h),
+            None if dashed && pair.kt > 0.0 && early.norm() > 0.0 => {
+                let over = pair.ct * early.norm() - pair.friction * weakest;
+                early.normalize() * (-over.max(0.0) / pair.kt)
+            }
+            None => Vec3::zeros(),
+        };
         let mut stretch = begun + early * (0.5 * part * h);
         let mut sliding = slide;
         if pair.ct > 0.0 && slide.norm() > 0.0 {
@@ -539,16 +588,37 @@ impl<'a> Twin<'a> {
         }
         let limit = pair.friction * normal.abs() / part;
         let mut pull = stretch * pair.kt + sliding * pair.ct;
-        if pull.norm() > limit {
-            pull *= limit / pull.norm();
+        let slips = pull.norm() > limit;
+        if slips {
+            let back = match old {
+                Some(spring) if dashed => {
+                    let side = spring.force - spring.normal * spring.force.dot(&spring.normal);
+                    (n * side.dot(&n) - side).try_normalize(0.0)
+                }
+                Some(_) => turned.and_then(|turned| turned.try_normalize(0.0)),
+                None => None,
+            };
+            pull = match back.filter(|back| back.dot(&pull) > 0.0 && pair.kt > 0.0) {
+                // limit n1 = pull - cut (back + n1) / 2
+                Some(back) => {
+                    let cut = (pull.norm_squared() - limit * limit) / (limit + pull.dot(&back));
+                    (pull - back * (0.5 * cut)).normalize() * limit
+                }
+                None => pull * (limit / pull.norm()),
+            };
             if pair.kt > 0.0 {
                 stretch = (pull - sliding * pair.ct) / pair.kt;
             }
         }
         let force = n * normal - pull * part;
         if to == 1.0 {
-            let shift = early * (0.5 * (part * h - self.model.plan.step));
-            self.springs.insert(other.key, Spring { stretch: stretch + shift, normal: n, force });
+            let end = if old.is_none() && slips && !dashed {
+                stretch * 2.0
+            } else {
+                stretch + early * (0.5 * part * h)
+            };
+            let stretch = end - early * (0.5 * self.model.plan.step);
+            self.springs.insert(other.key, Spring { stretch, normal: n, force });
         }
         self.load(grain, grains, other, force);
     }

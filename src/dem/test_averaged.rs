@@ -131,9 +131,7 @@ fn clump_impact_converges_on_plane_and_mesh() {
         add_clump(&mut model, Vec3::new(0.0213, 0.0117, 0.0142), turn, velocity, spin);
         end(&finish(&model)).bodies[0]
     };
-    // With friction the sliding direction of a clump turns, and the spring follows it by
-    // radial return, which is of first order.
-    for (friction, least, most) in [(0.0, 1.8, 2e-5), (0.4, 0.9, 2e-3)] {
+    for (friction, least, most) in [(0.0, 1.8, 2e-5), (0.4, 1.6, 1e-3)] {
         let fine = impact(friction, 3200.0, false);
         assert!(fine.velocity.z > 0.0, "{fine:?}");
         let steps = [25.0, 50.0, 100.0, 200.0, 400.0];
@@ -146,6 +144,119 @@ fn clump_impact_converges_on_plane_and_mesh() {
         assert!(errors[2] < most, "{friction} {errors:?}");
         assert!(order(&steps, &errors) > least, "{friction} {errors:?}");
     }
+}
+
+/// Order of convergence of the final velocities and spins of a scene in three dimensions, from
+/// 25 to 400 steps a contact against 6400, and the error at 100. Root mean square over three
+/// steps near each, since one error depends on where in a step slip ends.
+fn order_of(scheme: Scheme, contacts: f64, fill: impl Fn(&mut Model)) -> (f64, f64) {
+    let finish_with = |per_contact: f64| {
+        let mut model = empty(scheme, contact(0.5 * KN, CN, 0.0, 0.3));
+        fill(&mut model);
+        model.plan.step = contact_time() / per_contact;
+        model.plan.steps = (contacts * per_contact).round() as u64;
+        end(&finish(&model)).bodies.clone()
+    };
+    let fine = finish_with(6400.0);
+    let steps = [25.0, 50.0, 100.0, 200.0, 400.0];
+    let errors = steps.map(|n| {
+        rms([0.93, 1.0, 1.09]
+            .iter()
+            .flat_map(|near| finish_with(n * near))
+            .zip(fine.iter().cycle())
+            .map(|(a, b)| (a.velocity - b.velocity).norm() + RADIUS * (a.spin - b.spin).norm()))
+    });
+    (order(&steps, &errors), errors[2])
+}
+
+#[test]
+fn second_order_in_three_dimensions() {
+    let law = |kt: f64, cn: f64, ct: f64| ContactTable::uniform(1, contact(kt * KN, cn, ct, 0.3));
+    type Fill = Box<dyn Fn(&mut Model)>;
+    let two: fn(&mut Model) = |model| {
+        let v = Vec3::new(-0.4, 0.3, 0.2);
+        let spin = Vec3::new(20.0, -50.0, 30.0);
+        add_sphere(model, Vec3::x() * 1.013 * RADIUS, RADIUS, v, spin);
+        add_sphere(model, Vec3::x() * -1.013 * RADIUS, 0.9 * RADIUS, -v, -spin * 0.3);
+    };
+    let wall: fn(&mut Model) = |model| {
+        add_plane(model, Vec3::zeros(), Vec3::new(0.1, 0.2, 1.0), Motion::Still);
+        let (v, spin) = (Vec3::new(0.5, -0.3, -0.8), Vec3::new(60.0, 20.0, -40.0));
+        add_sphere(model, Vec3::z() * 1.05 * RADIUS, RADIUS, v, spin);
+    };
+    let edge: fn(&mut Model) = |model| {
+        // The free edge of a sheet, off-centre.
+        add_sheet(model, 1, 0.05, 0.0, 0.0, Motion::Still);
+        let (v, spin) = (Vec3::new(0.1, -0.3, -0.8), Vec3::new(60.0, 20.0, -40.0));
+        add_sphere(model, Vec3::new(0.0533, 0.0, 0.0099), RADIUS, v, spin);
+    };
+    let cases: Vec<(&str, Fill, f64)> = vec![
+        ("two spheres, spin", Box::new(two), 1.5),
+        ("wall, spin", Box::new(wall), 1.5),
+        ("free edge", Box::new(edge), 1.5),
+        (
+            "two, tangential dashpot",
+            Box::new(move |m| {
+                two(m);
+                m.contacts = law(0.5, CN, 6.0);
+            }),
+            1.5,
+        ),
+        (
+            "wall, ct without cn",
+            Box::new(move |m| {
+                wall(m);
+                m.contacts = law(0.5, 0.0, 6.0);
+            }),
+            1.5,
+        ),
+        (
+            "wall, elastic",
+            Box::new(move |m| {
+                wall(m);
+                m.contacts = law(0.5, 0.0, 0.0);
+            }),
+            1.5,
+        ),
+    ];
+    let mut wrong = Vec::new();
+    for (name, fill, least) in &cases {
+        let (order, error) = order_of(Scheme::PathAveraged, 3.0, fill);
+        let (other, theirs) = order_of(Scheme::Leapfrog, 3.0, fill);
+        println!("{name}: order {order:.2} ({other:.2}), error {error:.1e} ({theirs:.1e})");
+        // Without dashpots nothing jumps, and leapfrog is of second order as well.
+        if order < *least || (other < 1.7 && error > theirs) {
+            wrong.push(format!("{name}: order {order}, error {error} against {theirs}"));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:?}");
+}
+
+#[test]
+fn slip_never_gives_energy_back() {
+    let mut model = empty(Scheme::PathAveraged, contact(0.8 * KN, CN, 0.0, 0.3));
+    model.gravity = Vec3::z() * -9.81;
+    model.plan.step = contact_time() / 20.0;
+    (model.plan.steps, model.plan.series_every) = (400, 1);
+    add_plane(&mut model, Vec3::zeros(), Vec3::z(), Motion::Still);
+    for i in 0..8u32 {
+        let place = Vec3::new(f64::from(i % 2), f64::from(i / 2 % 2), f64::from(i / 4));
+        let side = if i % 2 == 0 { 1.0 } else { -1.0 };
+        let v = Vec3::new(0.6 * side, 0.3, -1.0 * side);
+        add_sphere(
+            &mut model,
+            place * 2.05 * RADIUS + Vec3::z() * 1.02 * RADIUS,
+            RADIUS,
+            v,
+            v * 40.0,
+        );
+    }
+    let run = finish(&model);
+    let total = run.series.last().expect("rows").slip;
+    for pair in run.series.windows(2) {
+        assert!(pair[1].slip >= pair[0].slip - 1e-6 * total, "{} {}", pair[0].slip, pair[1].slip);
+    }
+    assert!(total > 0.0);
 }
 
 /// A block of spheres that falls apart on a plane: places at 0.04 s.

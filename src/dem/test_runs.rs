@@ -231,13 +231,56 @@ fn guard_says_who_left_and_why() {
     model.bodies[0].velocity = Vec3::x() * 1e300;
     assert!(stopped(&model).contains("body 0"));
 
-    // Two spheres at the same place have no normal: NaN is found and named.
+    // Two spheres at the same place have no normal: refused and named, or NaN is found.
     let mut model = empty(Scheme::Leapfrog, contact(0.0, 0.0, 0.0, 0.0));
     for _ in 0..2 {
         add_sphere(&mut model, Vec3::zeros(), RADIUS, Vec3::zeros(), Vec3::zeros());
     }
-    model.plan.steps = 10;
+    (model.plan.steps, model.plan.guard.overlap) = (10, 0.5);
+    let refused = run(&model, &Job::quiet()).expect_err("too deep").to_string();
+    assert!(refused.contains("body 0 overlaps body 1 by 2.000"), "{refused}");
+    model.plan.guard.overlap = 0.0;
     assert!(stopped(&model).contains("not a finite number"));
+}
+
+#[test]
+fn guard_watches_overlaps_and_energy_and_keeps_the_last_state() {
+    // Thrown together far too fast for their stiffness.
+    let mut model = empty(Scheme::Leapfrog, contact(0.0, 0.0, 0.0, 0.0));
+    for side in [-1.0, 1.0] {
+        let place = Vec3::x() * (side * 1.01 * RADIUS);
+        add_sphere(&mut model, place, RADIUS, Vec3::x() * (side * -25.0), Vec3::zeros());
+    }
+    (model.plan.step, model.plan.steps) = (1e-6, 1000);
+    model.plan.guard.overlap = 0.5;
+    let mut log = Log::default();
+    let end = simulate(&model, None, &Job::quiet(), &mut log).expect("usable");
+    let Outcome::Stopped { reason, step, .. } = end.outcome else { panic!("{:?}", end.outcome) };
+    assert!(reason.contains("body 0 overlaps body 1 by"), "{reason}");
+    assert_eq!(log.frames.last().map(|frame| frame.step), Some(step));
+    assert_eq!(log.checkpoints.len(), 1);
+    model.plan.guard.overlap = 2.5;
+    assert_eq!(run(&model, &Job::quiet()).expect("usable").outcome, Outcome::Finished);
+}
+
+#[test]
+fn insisting_on_a_step_turns_stops_into_notes() {
+    let mut model = mixed(Scheme::Leapfrog, Dimension::Three, false, false, 1);
+    model.walls.clear();
+    model.gravity = Vec3::zeros();
+    model.bodies.truncate(2);
+    model.spheres.truncate(2);
+    for (i, body) in model.bodies.iter_mut().enumerate() {
+        let side = if i == 0 { -1.0 } else { 1.0 };
+        body.position = Vec3::x() * (side * 0.95 * RADIUS);
+        (body.velocity, body.spin) = (Vec3::x() * (side * -0.5), Vec3::zeros());
+    }
+    let limit = advise(&model).limit;
+    (model.plan.step, model.plan.steps, model.plan.insist) = (1.5 * limit, 200, true);
+    model.plan.guard.gain = 0.0;
+    let noted = run(&model, &Job::quiet()).expect("usable");
+    assert_eq!(noted.outcome, Outcome::Finished);
+    assert!(noted.notes[0].contains("gone on as insisted"), "{:?}", noted.notes);
 }
 
 #[test]
@@ -250,7 +293,7 @@ fn guard_stops_bodies_that_would_tunnel() {
         add_sphere(&mut model, place, RADIUS, Vec3::zeros(), Vec3::zeros());
     }
     model.plan.step = advise(&model).limit * 0.99;
-    model.plan.steps = 1000;
+    (model.plan.steps, model.plan.guard.overlap) = (1000, 0.0);
     assert!(stopped(&model).contains("of its radius in one step"));
 }
 

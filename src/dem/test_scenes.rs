@@ -43,6 +43,8 @@ pub fn empty(scheme: Scheme, contact: Contact) -> Model {
             zero_every: 0,
             zero_until: 0,
             insist: false,
+            // Grains are thrown together as deep as it comes.
+            guard: Guard { overlap: 0.0, ..Guard::default() },
         },
     }
 }

@@ -176,6 +176,30 @@ pub struct Plan {
     pub zero_until: u64,
     /// True if the user insists on a step above the stability limit.
     pub insist: bool,
+    /// What ends the run early.
+    pub guard: Guard,
+}
+
+/// What ends a run that can no longer be trusted; 0 switches a watch off.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Guard {
+    /// Largest overlap over the smaller radius of a pair, at the start and later. Default 0.5.
+    pub overlap: f64,
+    /// Largest part of its radius that a sphere may move in one step. Default 0.5.
+    pub travel: f64,
+    /// Largest energy that the ledger may find too much, as a part of all energy that is
+    /// there, was dissipated or came from walls and gravity. Default 0.5.
+    pub gain: f64,
+    /// How far the changes of the contact forces from one step to the next may be opposed to
+    /// those of the step before (1: they alternate, as in an unstable run). Default 0.7.
+    pub shaking: f64,
+}
+
+impl Default for Guard {
+    fn default() -> Self {
+        Self { overlap: 0.5, travel: 0.5, gain: 0.5, shaking: 0.7 }
+    }
 }
 
 impl Plan {

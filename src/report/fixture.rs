@@ -79,6 +79,7 @@ pub fn model(side: usize) -> Model {
             zero_every: 0,
             zero_until: 0,
             insist: false,
+            guard: Default::default(),
         },
     };
     let wide = pitch * side as f64;

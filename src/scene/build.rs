@@ -13,6 +13,9 @@ use crate::num::statistics::median;
 use crate::num::{Fault, Vec3};
 use crate::pack::{Packing, Placement};
 
+/// More steps than any machine does.
+const MOST_STEPS: f64 = 1e14;
+
 /// A model with what people want to know about how it came about.
 #[derive(Debug, Clone)]
 pub struct Built {
@@ -75,6 +78,7 @@ pub fn build(
         zero_every: 0,
         zero_until: 0,
         insist: scene.plan.insist,
+        guard: scene.plan.guard,
     };
     let mut model = Model {
         title: scene.title.clone(),
@@ -239,6 +243,16 @@ fn set_step(scene: &Scene, plan: &mut Plan, advice: &Advice) -> Result<(), Fault
             plan.step = duration / plan.steps as f64;
             plan.reason = StepReason::Auto(advice.reason.clone());
         }
+    }
+    if duration / plan.step > MOST_STEPS || !plan.step.is_normal() {
+        let problem = format!(
+            "is {duration:e} s, {:.1e} steps of {:.3e} s ({})",
+            duration / plan.step,
+            plan.step,
+            advice.reason
+        );
+        let allowed = "a duration that can be computed, softer contacts or heavier bodies";
+        return Err(Fault::new("plan.duration", problem, allowed));
     }
     plan.zero_every = scene.plan.zero_velocities_every.map_or(0, u64::from);
     if plan.zero_every > 0 {

@@ -144,14 +144,17 @@ impl Road {
             breaks: Some(summary.breaks),
             series: recorder.rows,
             cost: summary.cost,
-            notes: Vec::new(),
+            notes: summary.notes,
         };
         self.write_run(&mut running, model, &run)?;
         running.count("steps", run.cost.steps as usize);
         running.count("spheres", model.spheres.len());
         self.close(running, &format!("ran {} steps", run.cost.steps))?;
         // The checkpoint has done its duty; a finished run starts over only when its inputs change.
-        let _ = std::fs::remove_file(self.store.path(CHECKPOINT));
+        // Where the guard stopped it, it is the state to look at.
+        if run.outcome == Outcome::Finished {
+            let _ = std::fs::remove_file(self.store.path(CHECKPOINT));
+        }
         self.read_run()
     }
 

@@ -4,7 +4,7 @@
 //! The error is the root mean square over phases of arrival: how far into a step
 //! the contact begins. Cost O(phases × steps) a point.
 
-use super::{Effort, StudyError, go_on, models};
+use super::{Effort, StudyError, go_on, models, oblique, outside};
 use crate::dem;
 use crate::model::{Contact, Model, Motion, Outcome, Scheme, restitution};
 use crate::num::statistics::{median, order_of_convergence, root_mean_square};
@@ -81,14 +81,17 @@ pub fn study(effort: Effort, job: &Job) -> Result<Findings, StudyError> {
         "",
         None,
     );
-    Ok(Findings {
+    let mut findings = Findings {
         title: "Contact: error against run time".into(),
         question: "How far is the rebound of a sphere from the closed form, for every scheme, at which step and cost?".into(),
         remarks,
         tables: vec![sheet],
         charts: vec![("restitution-steps".into(), chart), ("restitution-time".into(), time)],
         pictures: Vec::new(),
-    })
+    };
+    outside::add(&mut findings, effort, job)?;
+    oblique::add(&mut findings, effort, job)?;
+    Ok(findings)
 }
 
 /// Error of restitution (rms over phases) and CPU seconds a step.
@@ -111,7 +114,7 @@ fn impacts(scheme: Scheme, per_contact: f64, phases: u32) -> Result<(f64, f64), 
 }
 
 /// A sphere that meets a wall after `phase` of a step.
-fn impact(scheme: Scheme, per_contact: f64, phase: f64) -> Model {
+pub fn impact(scheme: Scheme, per_contact: f64, phase: f64) -> Model {
     let mass = DENSITY * std::f64::consts::PI * 4.0 / 3.0 * RADIUS.powi(3);
     // A restitution between 0 and 1 always has a dashpot.
     let cn = restitution::dashpot(RESTITUTION, KN, mass, false).unwrap_or(0.0);

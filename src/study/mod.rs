@@ -3,9 +3,13 @@
 //! and a page. Figures of CPU time depend on the machine; everything else is
 //! the same at every run.
 
+mod bulk;
 mod clump;
 mod contact;
+mod limit;
 mod models;
+mod oblique;
+mod outside;
 mod packing;
 mod tree;
 
@@ -63,6 +67,16 @@ pub const STUDIES: &[Study] = &[
         key: "packing",
         summary: "density, dimension and coordination of each packing method against references, over CPU time and number",
         run: packing::study,
+    },
+    Study {
+        key: "bulk",
+        summary: "a collapse: distance from the converged motion over step and CPU time, and the heap over seeds",
+        run: bulk::study,
+    },
+    Study {
+        key: "limit",
+        summary: "where a settled bed becomes unstable, against the step bound of its contacts",
+        run: limit::study,
     },
 ];
 

@@ -37,6 +37,7 @@ pub fn empty(scheme: Scheme, contact: Contact, density: f64) -> Model {
             zero_every: 0,
             zero_until: 0,
             insist: false,
+            guard: Default::default(),
         },
     }
 }

@@ -2,7 +2,7 @@
 
 use super::LawParameters;
 use crate::model::extra::Electrostatics;
-use crate::model::{Law, MutualGravity, Scheme};
+use crate::model::{Guard, Law, MutualGravity, Scheme};
 use crate::num::Fault;
 use crate::num::units::{Acceleration, Damping, Time};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -52,9 +52,13 @@ pub struct PlanParameters {
     /// Time after which they no longer are. Default: the whole duration.
     #[serde(default)]
     pub zero_velocities_until: Option<Time>,
-    /// True: use the given step even if it is above the stability limit. Default false.
+    /// True: use the given step even if it is above the stability limit, and go on where the
+    /// guard would stop for the step's sake. Default false.
     #[serde(default)]
     pub insist: bool,
+    /// What ends the run early.
+    #[serde(default)]
+    pub guard: Guard,
 }
 
 fn leapfrog() -> Scheme {
@@ -161,6 +165,15 @@ impl PlanParameters {
         if !(0.0..1.0).contains(&self.local_damping) {
             let allowed = "0 up to but not including 1";
             return Err(Fault::new("local_damping", format!("is {}", self.local_damping), allowed));
+        }
+        let Guard { overlap, travel, gain, shaking } = self.guard;
+        let watches =
+            [("overlap", overlap), ("travel", travel), ("gain", gain), ("shaking", shaking)];
+        for (key, value) in watches {
+            if !(value.is_finite() && value >= 0.0) {
+                let allowed = "0 (off) or greater, in the unit of the default";
+                return Err(Fault::new(format!("guard.{key}"), format!("is {value}"), allowed));
+            }
         }
         Fault::not_negative("viscous_drag", self.viscous_drag.0)?;
         if let Some(field) = &self.electrostatics {

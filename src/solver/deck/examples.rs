@@ -41,6 +41,7 @@ pub fn empty(dimension: Dimension, contact: Contact) -> Model {
             zero_every: 0,
             zero_until: 0,
             insist: false,
+            guard: Default::default(),
         },
     }
 }

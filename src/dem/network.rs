@@ -1,0 +1,545 @@
+//! The largest stable step of the contacts that are present.
+//!
+//! Small motions about a state obey q̈ = −K q − C q̇ with q scaled by √m and √I, and
+//! K = Σ k u uᵀ, C = Σ c u uᵀ over contacts and over the normal and two tangents d,
+//! u = (d/√m, (r × d)/√I; −d/√m', −(r' × d)/√I'). With dashpots that see the velocity of
+//! half a step before, x_{n+1} − 2 x_n + x_{n−1} = −Δt² K x_n − Δt C (x_n − x_{n−1}): all
+//! roots z of a mode lie within the unit circle if and only if
+//!     λ_max(Δt² K + 2 Δt C) < 4,
+//! for any mixture of dashpots (the first root to leave does so at z = −1). Without
+//! dashpots this is Δt < 2/√λ_max(K). For `path_averaged`, z = −1 is reached at
+//! λ_max(Σ u uᵀ (Δt² k + 4 Δt c)/(1 + Δt c |u|²)) = 4. Both are written with an effective stiffness
+//! k(Δt) = k + 2 c/Δt, or (k + 4 c/Δt)/(1 + Δt c |u|²), which falls with Δt, so that
+//! Δt' = 2/√λ(k(Δt)) from a stable Δt is stable too and not smaller. Local damping α
+//! scales k by at most 1 + α. All tangential springs are taken to stick.
+//!
+//! λ_max is bounded from above, so the step from below, in three stages:
+//! - trace: λ ≤ max_i Σ w k |a|² over the contacts of body i, where u = (a; b) and w =
+//!   1 + |b|/|a| (1 at walls), since (x·a + y·b)² ≤ (1 + θ)(x·a)² + (1 + 1/θ)(y·b)²;
+//! - block: λ ≤ max_i λ_max(Σ w k a aᵀ), 6 × 6. Rigorous; 0.8 to 1.0 of the limit in
+//!   beds and lattices, any size ratio;
+//! - Lanczos: k steps from a random start leave θ ≥ (1 − ε) λ_max but for a probability of
+//!   1.648 √n exp(−√ε (2k − 1)) (Kuczyński & Woźniakowski 1992, SIAM J. Matrix Anal.
+//!   Appl. 13, 1094, theorem 4.2); k is chosen for ε = 0.09 and 10⁻⁹, so 42 to 50 steps, and
+//!   θ/0.91 is used: 0.95 of the limit, 0.9 where dashpots rule. Exact for small networks.
+//!
+//! Cost: trace O(contacts), about one force pass; block O(contacts + bodies) with a 6 × 6
+//! eigenvalue problem a body; Lanczos about 45 passes. Later stages run only where the
+//! earlier cannot clear the step that is asked about.
+
+use super::bond_limit;
+use super::neighbours;
+use super::setting::Setting;
+use super::state::State;
+use super::surface;
+use crate::model::{Body, Contact, Scheme};
+use crate::num::random;
+use crate::num::{Rotation, Vec3};
+use nalgebra::{DMatrix, Matrix6, SymmetricEigen, Vector6};
+
+/// Bodies whose blocks are held at a time.
+const CHUNK: usize = 1 << 17;
+/// Relative error of the largest eigenvalue allowed for in Lanczos' method.
+const MISSED: f64 = 0.09;
+/// Probability of a larger one.
+const CHANCE: f64 = 1e-9;
+
+/// A bound and the body it comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bound {
+    /// Largest step known to be stable, s.
+    pub step: f64,
+    /// Index of the body.
+    pub body: u32,
+}
+
+/// A contact and how deep it is.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Deepest {
+    /// Index of the body, and of the other; `None` at walls.
+    pub bodies: (u32, Option<u32>),
+    /// Overlap over the smaller radius.
+    pub depth: f64,
+}
+
+impl std::fmt::Display for Deepest {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "body {} overlaps ", self.bodies.0)?;
+        match self.bodies.1 {
+            Some(other) => write!(f, "body {other}")?,
+            None => write!(f, "a wall")?,
+        }
+        write!(f, " by {:.3} of the smaller radius", self.depth)
+    }
+}
+
+/// A contact as its bodies feel it.
+#[derive(Debug, Clone, Copy)]
+pub struct Link<'a> {
+    /// Index of the body, and of the other; `None` at walls.
+    pub bodies: (u32, Option<u32>),
+    /// Unit normal.
+    pub normal: Vec3,
+    /// From the centres of mass to the contact, m.
+    pub arms: [Vec3; 2],
+    /// Stiffnesses and dashpots.
+    pub law: &'a Contact,
+    /// Overlap over the smaller radius.
+    pub depth: f64,
+}
+
+/// One direction of a contact in scaled coordinates.
+#[derive(Debug, Clone, Copy)]
+pub struct Strand {
+    /// Part of the first body.
+    pub mine: Vector6<f64>,
+    /// Part of the other; zeros at walls.
+    pub other: Vector6<f64>,
+    /// Stiffness, N/m.
+    pub stiffness: f64,
+    /// Dashpot, N s/m.
+    pub dashpot: f64,
+}
+
+/// How a scheme turns stiffness and dashpot into the effective stiffness of a step.
+#[derive(Debug, Clone, Copy)]
+pub struct Stepping {
+    implicit: bool,
+    amplified: f64,
+}
+
+impl Stepping {
+    /// That of a run.
+    pub fn of(setting: &Setting<'_>) -> Self {
+        Self {
+            implicit: setting.scheme == Scheme::PathAveraged,
+            amplified: 1.0 + setting.model.local_damping,
+        }
+    }
+
+    /// k(Δt); `step` may be infinite for k alone.
+    pub fn effective(&self, strand: &Strand, step: f64) -> f64 {
+        let (k, c) = (strand.stiffness, strand.dashpot);
+        let value = match self.implicit {
+            _ if c == 0.0 || step.is_infinite() => k,
+            true => {
+                let ease = strand.mine.norm_squared() + strand.other.norm_squared();
+                (k + 4.0 * c / step) / (1.0 + step * c * ease)
+            }
+            false => k + 2.0 * c / step,
+        };
+        value * self.amplified
+    }
+
+    /// The largest stable step, given λ(Δt) that bounds the eigenvalue from above at the
+    /// effective stiffness of Δt, and the largest c/k, s.
+    pub fn largest(&self, delay: f64, top: impl Fn(f64) -> f64) -> f64 {
+        let free = 2.0 / top(f64::INFINITY).sqrt();
+        if delay == 0.0 {
+            return free;
+        }
+        let delay = if self.implicit { 2.0 * delay } else { delay };
+        let mut step = if delay.is_finite() {
+            // free²/(√(delay² + free²) + delay) without loss of digits.
+            free * free / (delay.hypot(free) + delay)
+        } else {
+            free.min(1.0)
+        };
+        while step > 0.0 && step * step * top(step) > 4.0 * (1.0 + 1e-12) {
+            step *= 1e-2;
+        }
+        // The distance from the limit halves at least, as a ratio.
+        for _ in 0..20 {
+            let next = 2.0 / top(step).sqrt();
+            if next <= step * 1.002 {
+                break;
+            }
+            step = next;
+        }
+        step
+    }
+}
+
+/// Scaled motion of a body along `direction` at `arm` from its centre of mass.
+fn along(body: &Body, turn: &Rotation, arm: &Vec3, direction: &Vec3, planar: bool) -> Vector6<f64> {
+    let lever = arm.cross(direction);
+    let mut push = direction / body.mass.sqrt();
+    let mut twist =
+        turn.inverse_transform_vector(&lever).component_div(&body.inertia.map(f64::sqrt));
+    if planar {
+        push.z = 0.0;
+        twist = Vec3::z() * (lever.z / body.inertia.z.sqrt());
+    }
+    Vector6::new(push.x, push.y, push.z, twist.x, twist.y, twist.z)
+}
+
+/// The three directions of a contact.
+pub fn strands(
+    (body, turn): (&Body, &Rotation),
+    other: Option<(&Body, &Rotation)>,
+    link: &Link<'_>,
+    planar: bool,
+) -> [Strand; 3] {
+    let n = link.normal;
+    let side = n.cross(&if n.x.abs() < 0.6 { Vec3::x() } else { Vec3::y() }).normalize();
+    let law = link.law;
+    let (kt, ct) = if law.friction > 0.0 { (law.kt, law.ct) } else { (0.0, 0.0) };
+    [(n, law.kn, law.cn), (side, kt, ct), (n.cross(&side), kt, ct)].map(
+        |(direction, stiffness, dashpot)| Strand {
+            mine: along(body, turn, &link.arms[0], &direction, planar),
+            other: other.map_or(Vector6::zeros(), |(body, turn)| {
+                -along(body, turn, &link.arms[1], &direction, planar)
+            }),
+            stiffness,
+            dashpot,
+        },
+    )
+}
+
+/// Weights with which both bodies of a strand take it alone.
+fn weights(strand: &Strand) -> [f64; 2] {
+    let (a, b) = (strand.mine.norm(), strand.other.norm());
+    if a == 0.0 || b == 0.0 { [1.0, 1.0] } else { [1.0 + b / a, 1.0 + a / b] }
+}
+
+/// The contacts (overlap not negative) that the lists of a state hold.
+pub struct Network<'a> {
+    setting: &'a Setting<'a>,
+    state: &'a State,
+    /// Time of the places in the state, s.
+    time: f64,
+    stepping: Stepping,
+}
+
+impl<'a> Network<'a> {
+    /// Looks at a state whose places are those of `time`, s.
+    pub fn new(setting: &'a Setting<'a>, state: &'a State, time: f64) -> Self {
+        Self { setting, state, time, stepping: Stepping::of(setting) }
+    }
+
+    /// The largest step known to be stable; `None` if nothing touches. `enough` [s]: larger
+    /// bounds need not be sharp.
+    pub fn limit(&self, enough: f64) -> Option<Bound> {
+        let delay = self.delay()?;
+        let worst = std::cell::Cell::new(0);
+        let block = self.stepping.largest(delay, |step| {
+            let (top, body) = self.block(step, f64::INFINITY);
+            worst.set(body);
+            top
+        });
+        let mut step = block;
+        if block < enough {
+            let chords = Chords::of(self);
+            step = self.stepping.largest(delay, |step| chords.top(step, f64::INFINITY)).max(block);
+        }
+        Some(Bound { step, body: worst.get() })
+    }
+
+    /// `None` if `step` [s] is stable; otherwise the limit.
+    pub fn exceeded_by(&self, step: f64) -> Option<Bound> {
+        let most = 4.0 / (step * step);
+        let (top, _) = self.block(step, most);
+        if top <= most || Chords::of(self).top(step, most) <= most {
+            return None;
+        }
+        self.limit(f64::INFINITY)
+    }
+
+    /// The contact with the largest overlap over the smaller radius; its bodies.
+    pub fn deepest(&self) -> Option<Deepest> {
+        let mut worst: Option<Deepest> = None;
+        each_link(self.setting, self.state, self.time, |link| {
+            if worst.is_none_or(|worst| link.depth > worst.depth) {
+                worst = Some(Deepest { bodies: link.bodies, depth: link.depth });
+            }
+        });
+        worst
+    }
+
+    /// Largest c/k of a strand, s; `None` without contacts.
+    fn delay(&self) -> Option<f64> {
+        let mut largest = None;
+        self.each(|_, strands| {
+            let delays = strands.iter().map(|strand| match (strand.stiffness, strand.dashpot) {
+                (_, 0.0) => 0.0,
+                (k, c) => c / k,
+            });
+            largest = Some(delays.fold(largest.unwrap_or(0.0f64), f64::max));
+        });
+        self.each_bond(|_, strand| {
+            let delay = if strand.dashpot > 0.0 { strand.dashpot / strand.stiffness } else { 0.0 };
+            largest = Some(largest.unwrap_or(0.0f64).max(delay));
+        });
+        largest
+    }
+
+    /// Largest eigenvalue bound of a block at the effective stiffness of `step`, and its
+    /// body. Blocks that the trace shows to be below `enough` are passed over (0 if all are).
+    fn block(&self, step: f64, enough: f64) -> (f64, u32) {
+        let count = self.setting.model.bodies.len();
+        let mut traces = vec![0.0; count];
+        self.each(|link, strands| {
+            for strand in strands {
+                let k = self.stepping.effective(strand, step);
+                let [first, second] = weights(strand);
+                traces[link.bodies.0 as usize] += first * k * strand.mine.norm_squared();
+                if let Some(other) = link.bodies.1 {
+                    traces[other as usize] += second * k * strand.other.norm_squared();
+                }
+            }
+        });
+        self.each_bond(|body, strand| {
+            let k = self.stepping.effective(strand, step);
+            traces[body as usize] += k * strand.mine.norm_squared();
+        });
+        let all = enough.is_infinite();
+        let wanted: Vec<u32> = (0..count as u32)
+            .filter(|body| {
+                let trace = traces[*body as usize];
+                trace > 0.0 && (all || trace > enough)
+            })
+            .collect();
+        let mut best = (0.0, wanted.first().copied().unwrap_or(0));
+        for chunk in wanted.chunks(CHUNK) {
+            let mut blocks = vec![Matrix6::zeros(); chunk.len()];
+            self.each(|link, strands| {
+                let mut add = |body: u32, second: bool| {
+                    let Ok(at) = chunk.binary_search(&body) else { return };
+                    for strand in strands {
+                        let k = self.stepping.effective(strand, step);
+                        let part = if second { strand.other } else { strand.mine };
+                        blocks[at] +=
+                            part * part.transpose() * (k * weights(strand)[usize::from(second)]);
+                    }
+                };
+                add(link.bodies.0, false);
+                if let Some(other) = link.bodies.1 {
+                    add(other, true);
+                }
+            });
+            self.each_bond(|body, strand| {
+                if let Ok(at) = chunk.binary_search(&body) {
+                    let k = self.stepping.effective(strand, step);
+                    blocks[at] += strand.mine * strand.mine.transpose() * k;
+                }
+            });
+            for (body, block) in chunk.iter().zip(blocks) {
+                let top = SymmetricEigen::new(block).eigenvalues.max();
+                if top > best.0 {
+                    best = (top, *body);
+                }
+            }
+        }
+        best
+    }
+
+    /// Calls `visit` for every body of every bond: springs that already count for a body alone.
+    fn each_bond(&self, mut visit: impl FnMut(u32, &Strand)) {
+        if self.setting.needs.bonds {
+            bond_limit::each_part(self.setting, self.state, |part| {
+                let (stiffness, dashpot) = (part.stiffness, part.stiffness * part.viscosity);
+                let (mine, other) = (part.way, Vector6::zeros());
+                visit(part.body, &Strand { mine, other, stiffness, dashpot });
+            });
+        }
+    }
+
+    /// Calls `visit` for every contact.
+    fn each(&self, mut visit: impl FnMut(&Link<'_>, &[Strand; 3])) {
+        let bodies = &self.setting.model.bodies;
+        each_link(self.setting, self.state, self.time, |link| {
+            if link.normal == Vec3::zeros() {
+                return;
+            }
+            let turn = |body: u32| turn_of(self.setting, self.state, body);
+            let first = turn(link.bodies.0);
+            let second = link.bodies.1.map(turn);
+            let other = link
+                .bodies
+                .1
+                .zip(second.as_ref())
+                .map(|(body, turn)| (&bodies[body as usize], turn));
+            let of = (&bodies[link.bodies.0 as usize], &first);
+            visit(&link, &strands(of, other, &link, self.setting.planar));
+        });
+    }
+}
+
+/// All strands of a network, kept for many products with its matrix.
+struct Chords {
+    stepping: Stepping,
+    seed: u64,
+    size: usize,
+    strands: Vec<(u32, u32, Strand)>,
+}
+
+impl Chords {
+    fn of(network: &Network<'_>) -> Self {
+        let mut place = vec![u32::MAX; network.setting.model.bodies.len()];
+        let mut count = 0;
+        let mut number = |body: u32| {
+            let entry = &mut place[body as usize];
+            if *entry == u32::MAX {
+                *entry = count;
+                count += 1;
+            }
+            *entry
+        };
+        let mut kept = Vec::new();
+        network.each(|link, strands| {
+            let first = number(link.bodies.0);
+            let second = link.bodies.1.map_or(first, &mut number);
+            let active = strands.iter().filter(|s| s.stiffness > 0.0 || s.dashpot > 0.0);
+            kept.extend(active.map(|strand| (first, second, *strand)));
+        });
+        network.each_bond(|body, strand| {
+            let place = number(body);
+            kept.push((place, place, *strand));
+        });
+        let seed = network.setting.model.seed;
+        Self { stepping: network.stepping, seed, size: count as usize, strands: kept }
+    }
+
+    /// An upper bound of the largest eigenvalue at the effective stiffness of `step`; stops
+    /// early once it is known to be above `enough`.
+    fn top(&self, step: f64, enough: f64) -> f64 {
+        let stiffness: Vec<f64> =
+            self.strands.iter().map(|s| self.stepping.effective(&s.2, step)).collect();
+        let size = 6.0 * self.size as f64;
+        let needed = (1.648 * size.sqrt() / CHANCE).ln() / MISSED.sqrt();
+        let most = (0.5 * (needed + 1.0)).ceil() as usize;
+        let mut source = random::stream(self.seed, "network", 0);
+        let mut now: Vec<Vector6<f64>> =
+            (0..self.size).map(|_| Vector6::from_fn(|_, _| random::normal(&mut source))).collect();
+        let scale = norm(&now);
+        now.iter_mut().for_each(|v| *v /= scale);
+        let mut before = vec![Vector6::zeros(); self.size];
+        let (mut diagonal, mut beside) = (Vec::new(), Vec::<f64>::new());
+        loop {
+            let mut next = vec![Vector6::zeros(); self.size];
+            for ((first, second, strand), k) in self.strands.iter().zip(&stiffness) {
+                let (a, b) = (*first as usize, *second as usize);
+                let pull = (strand.mine.dot(&now[a]) + strand.other.dot(&now[b])) * *k;
+                next[a] += strand.mine * pull;
+                next[b] += strand.other * pull;
+            }
+            let alpha: f64 = next.iter().zip(&now).map(|(x, y)| x.dot(y)).sum();
+            let beta = beside.last().copied().unwrap_or(0.0);
+            for ((x, y), z) in next.iter_mut().zip(&now).zip(&before) {
+                *x -= y * alpha + z * beta;
+            }
+            diagonal.push(alpha);
+            let rest = norm(&next);
+            let done = diagonal.len() >= most;
+            let exhausted = rest <= 1e-9 * diagonal.iter().fold(0.0, |a: f64, b| a.max(*b));
+            if done || exhausted || diagonal.len() % 8 == 0 {
+                let ritz = largest_of(&diagonal, &beside);
+                if exhausted {
+                    return ritz * (1.0 + 1e-6);
+                }
+                if done || ritz > enough {
+                    return ritz / (1.0 - MISSED);
+                }
+            }
+            beside.push(rest);
+            next.iter_mut().for_each(|v| *v /= rest);
+            before = std::mem::replace(&mut now, next);
+        }
+    }
+}
+
+fn norm(vector: &[Vector6<f64>]) -> f64 {
+    vector.iter().map(Vector6::norm_squared).sum::<f64>().sqrt()
+}
+
+/// Largest eigenvalue of a symmetric tridiagonal matrix.
+fn largest_of(diagonal: &[f64], beside: &[f64]) -> f64 {
+    let size = diagonal.len();
+    let matrix = DMatrix::from_fn(size, size, |i, j| match i.abs_diff(j) {
+        0 => diagonal[i],
+        1 => beside[i.min(j)],
+        _ => 0.0,
+    });
+    SymmetricEigen::new(matrix).eigenvalues.max()
+}
+
+fn turn_of(setting: &Setting<'_>, state: &State, body: u32) -> Rotation {
+    state
+        .solids
+        .binary_search_by_key(&body, |solid| solid.body)
+        .map_or(setting.model.bodies[body as usize].orientation, |at| state.solids[at].turn)
+}
+
+/// Calls `visit` for every contact of the lists; the normal is 0 where centres coincide.
+fn each_link<'a>(
+    setting: &'a Setting<'_>,
+    state: &State,
+    time: f64,
+    mut visit: impl FnMut(Link<'a>),
+) {
+    let centre = |slot: usize| {
+        let ball = &state.balls[slot];
+        if ball.alone {
+            return ball.place;
+        }
+        state
+            .solids
+            .binary_search_by_key(&ball.body, |solid| solid.body)
+            .map_or(ball.place, |at| state.solids[at].place)
+    };
+    let entries = |list: &super::state::List, slot: usize| {
+        list.start[slot] as usize..list.start[slot + 1] as usize
+    };
+    let planes = setting.planes_at(time);
+    for (slot, ball) in state.balls.iter().enumerate() {
+        for k in entries(&state.pairs, slot) {
+            let there = state.pairs.partner[k] as usize;
+            let other = &state.balls[there];
+            let between = ball.place - other.place;
+            let distance = between.norm();
+            let overlap = ball.radius + other.radius - distance;
+            if overlap.is_nan() || overlap < -1e-12 * ball.radius {
+                continue;
+            }
+            let normal = if distance > 0.0 { between / distance } else { Vec3::zeros() };
+            let law = setting.stiff_pair(ball.material, other.material);
+            let ends = [
+                ball.place - normal * (ball.radius - setting.share * overlap),
+                other.place + normal * (other.radius - setting.share * overlap),
+            ];
+            visit(Link {
+                bodies: (ball.body, Some(other.body)),
+                normal,
+                arms: [ends[0] - centre(slot), ends[1] - centre(there)],
+                law,
+                depth: overlap / ball.radius.min(other.radius),
+            });
+        }
+        let mut wall = |away: Vec3, material: u16| {
+            let distance = away.norm();
+            if distance.is_nan() || distance > ball.radius * (1.0 + 1e-12) {
+                return;
+            }
+            let normal = if distance > 0.0 { away / distance } else { Vec3::zeros() };
+            // The longer of the arms at planes and elsewhere.
+            let share = setting.share.min(0.5);
+            let overlap = ball.radius - distance;
+            let arm = ball.place - normal * (ball.radius - share * overlap) - centre(slot);
+            let law = setting.stiff_pair(ball.material, material);
+            let depth = 1.0 - distance / ball.radius;
+            let arms = [arm, Vec3::zeros()];
+            visit(Link { bodies: (ball.body, None), normal, arms, law, depth });
+        };
+        for k in entries(&state.planes, slot) {
+            let plane = &planes[state.planes.partner[k] as usize];
+            wall(plane.normal * (ball.place - plane.point).dot(&plane.normal), plane.material);
+        }
+        for k in entries(&state.faces, slot) {
+            let face = state.faces.partner[k] as usize;
+            let corners = neighbours::face_at(setting, face, time);
+            let (point, _) = surface::closest(&ball.place, &corners);
+            let of = setting.surfaces.wall[face] as usize;
+            wall(ball.place - point, setting.model.walls[of].material);
+        }
+    }
+}
