@@ -6,7 +6,7 @@
 //! said in one clause. O(n log n).
 
 use super::occupied::{clump_radius, placement};
-use super::{Grain, Laid, Turn, tally};
+use super::{Grain, Laid, Turn};
 use crate::geometry::Ball;
 use crate::num::Vec3;
 use crate::num::random::stream;
@@ -57,9 +57,14 @@ pub fn laid(
         laid.scale = if (scale - 1.0).abs() < 1e-12 { 1.0 } else { scale };
         placements.push(laid);
     }
+    let without = match dropped.len() {
+        0 => String::new(),
+        count => format!(", {count} without a place"),
+    };
     let outcome = format!(
-        "{why}; {}; {}{}",
-        tally(grains, &placements, &dropped, "no place"),
+        "{why}; placed {} of {} grains{without}; {}{}",
+        placements.len(),
+        grains.len(),
         sizes(&placements.iter().map(|laid| laid.scale).collect::<Vec<_>>()),
         clumps(grains),
     );
