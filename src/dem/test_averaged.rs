@@ -242,7 +242,7 @@ fn slip_never_gives_energy_back() {
     for i in 0..8u32 {
         let place = Vec3::new(f64::from(i % 2), f64::from(i / 2 % 2), f64::from(i / 4));
         let side = if i % 2 == 0 { 1.0 } else { -1.0 };
-        let v = Vec3::new(0.6 * side, 0.3, -1.0 * side);
+        let v = Vec3::new(0.6 * side, 0.3, -side);
         add_sphere(
             &mut model,
             place * 2.05 * RADIUS + Vec3::z() * 1.02 * RADIUS,
