@@ -432,11 +432,11 @@ fn the_limit_knows_bonds() {
         model.plan.steps = 4000;
         let run = run(&model, &Job::quiet()).expect("insisted");
         run.outcome != Outcome::Finished
-            || run.series.last().expect("a row").kinetic > 10.0 * run.series[0].kinetic
+            || run.series.last().expect("a row").kinetic > 1e6 * run.series[0].kinetic
     };
     assert!(!blows(0.999 * advice.limit), "{advice:?}");
-    // The packed part leaves room for contacts that are not there: not more than a half.
-    assert!(blows(1.6 * advice.limit), "{advice:?}");
+    // Below the limit a mode may swell by the nearness to it, above it grows without end.
+    assert!(blows(1.25 * advice.limit), "{advice:?}");
 }
 
 #[test]

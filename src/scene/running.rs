@@ -174,10 +174,11 @@ impl Road {
 
     fn write_run(&self, running: &mut Running, model: &Model, run: &Run) -> Result<(), RoadError> {
         self.store.write(running, "run/run.json", |out| Ok(serde_json::to_writer(out, run)?))?;
-        let columns = (model.needs().bonds, model.plan.zero_every > 0);
+        let needs = model.needs();
+        let columns = (needs.extra() || needs.drag, needs.bonds, model.plan.zero_every > 0);
         self.store
             .write(running, "run/series.csv", |out| write_series(out, &run.series, columns))?;
-        if let (true, Some(breaks)) = (columns.0, &run.breaks) {
+        if let (true, Some(breaks)) = (needs.bonds, &run.breaks) {
             self.store.write(running, "run/bonds.csv", |out| write_breaks(out, model, breaks))?;
         }
         let mut last = None;
@@ -273,17 +274,20 @@ pub fn particles(model: &Model, frame: &Frame) -> Particles {
     }
 }
 
-/// `run/series.csv`; columns of bonds and of zeroed velocities where the scene has them.
+/// `run/series.csv`; columns of extra forces, bonds and zeroed velocities where the scene has them.
 fn write_series(
     out: &mut dyn Write,
     rows: &[SeriesRow],
-    (bonds, zeroing): (bool, bool),
+    (extra, bonds, zeroing): (bool, bool, bool),
 ) -> std::io::Result<()> {
     write!(
         out,
-        "t,step,kinetic,elastic,gravitational,normal_dashpot,tangential_dashpot,slip,local_damping,attraction,rolling,wetting,drag,wall_work,\
+        "t,step,kinetic,elastic,gravitational,normal_dashpot,tangential_dashpot,slip,local_damping,wall_work,\
          energy_error,contacts,coordination,worst_overlap,momentum"
     )?;
+    if extra {
+        write!(out, ",attraction,rolling,wetting,drag")?;
+    }
     if bonds {
         write!(out, ",bond_elastic,bond_damping,bond_released,bonds")?;
     }
@@ -291,7 +295,7 @@ fn write_series(
     for r in rows {
         write!(
             out,
-            "{:e},{},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{},{:e},{:e},{:e}",
+            "{:e},{},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{},{:e},{:e},{:e}",
             r.time,
             r.step,
             r.kinetic,
@@ -301,10 +305,6 @@ fn write_series(
             r.tangential_dashpot,
             r.slip,
             r.local_damping,
-            r.attraction,
-            r.rolling,
-            r.wetting,
-            r.drag,
             r.wall_work,
             r.energy_error,
             r.contacts,
@@ -312,6 +312,9 @@ fn write_series(
             r.worst_overlap,
             r.momentum
         )?;
+        if extra {
+            write!(out, ",{:e},{:e},{:e},{:e}", r.attraction, r.rolling, r.wetting, r.drag)?;
+        }
         if bonds {
             let (elastic, damped, freed) = (r.bond_elastic, r.bond_damping, r.bond_released);
             write!(out, ",{elastic:e},{damped:e},{freed:e},{}", r.bonds)?;

@@ -3,7 +3,17 @@
 use super::bench::{Bench, CLUMPS};
 use serde_json::Value;
 
-const SHIPPED: [&str; 6] = ["demo", "two-spheres", "spheres-box", "own-grains", "drum", "discs-2d"];
+const SHIPPED: [&str; 9] = [
+    "demo",
+    "two-spheres",
+    "spheres-box",
+    "own-grains",
+    "drum",
+    "discs-2d",
+    "deformable-block",
+    "cluster-impact",
+    "star-cluster",
+];
 
 #[test]
 fn every_shipped_scene_is_judged_usable() {

@@ -57,7 +57,9 @@ fn generate_and_reproduce_write_solids_and_clumps() {
     assert!(ratio <= 0.04, "{near}");
     assert!(bench.path("s.out/shapes/rock-0001.clump.csv").exists());
     assert_eq!(bench.call(&["reproduce", mesh, "--method", "magic"]).code, 2);
-    assert_eq!(bench.call(&["reproduce", mesh, "--error", "1e-9"]).code, 1, "not reached");
+    assert_eq!(bench.call(&["reproduce", mesh, "--error", "1e-9"]).code, 2, "below all sense");
+    let far = ["reproduce", mesh, "--method", "normals", "--error", "1e-9"];
+    assert_eq!(bench.call(&far).code, 1, "not reached");
 }
 
 #[test]
