@@ -131,7 +131,7 @@ pub fn pair<const FRICTION: bool, const DAMPING: bool>(
     tally: &mut Tally,
 ) -> Option<Push> {
     let (me, them) = (&field.balls[slot], &field.balls[other]);
-    let between = me.place - them.place;
+    let between = field.setting.way(me.place - them.place);
     let mut velocity = me.velocity - them.velocity;
     let square = between.norm_squared();
     let sum = me.radius + them.radius;

@@ -409,7 +409,7 @@ fn pair<const FRICTION: bool, const DAMPING: bool, const AVERAGED: bool>(
         return averaged_pass::pair::<FRICTION, DAMPING>(field, slot, other, book, k, tally);
     }
     let (me, them) = (&field.balls[slot], &field.balls[other]);
-    let between = me.place - them.place;
+    let between = field.setting.way(me.place - them.place);
     let square = between.norm_squared();
     let sum = me.radius + them.radius;
     let touches = square < sum * sum || (field.yade && square == sum * sum);

@@ -55,6 +55,8 @@ mod test_averaged;
 #[cfg(test)]
 mod test_far;
 #[cfg(test)]
+mod test_periodic;
+#[cfg(test)]
 mod test_physics;
 #[cfg(test)]
 mod test_runs;
@@ -65,7 +67,9 @@ pub use far::attraction;
 pub use far_tree::Pull;
 pub use limit::{Advice, advise};
 
-use crate::model::{Cost, Coulomb, Frame, History, Model, Outcome, Run, Scheme, SeriesRow, Touch};
+use crate::model::{
+    Cost, Coulomb, Frame, History, Model, Motion, Outcome, Run, Scheme, SeriesRow, Touch, WallShape,
+};
 use crate::num::Job;
 use crate::num::entry::MethodEntry;
 
@@ -248,6 +252,7 @@ fn usable(model: &Model) -> Result<(), DemError> {
             return fault(format!("sphere {index} has the radius {} m", sphere.radius));
         }
     }
+    periodic(model)?;
     let size = model.contacts.size() as u16;
     for (a, b) in (0..size).flat_map(|a| (a..size).map(move |b| (a, b))) {
         let law = model.contacts.between(a, b);
@@ -257,6 +262,42 @@ fn usable(model: &Model) -> Result<(), DemError> {
             return fault(format!(
                 "the contact between materials {a} and {b} needs kn > 0 and finite kt, cn, ct, friction of at least 0"
             ));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses periodic boxes that are too small, and what does not go with them.
+fn periodic(model: &Model) -> Result<(), DemError> {
+    let Some(cell) = &model.periodic else { return Ok(()) };
+    let fault = |text: &str| Err(DemError::Unusable(text.to_owned()));
+    let reach =
+        model.spheres.iter().map(|sphere| sphere.offset.norm() + sphere.radius).fold(0.0, f64::max);
+    if let Some(axis) = cell.too_short(reach) {
+        return Err(DemError::Unusable(format!(
+            "the periodic box is too short along {} for bodies that reach {reach} m: four times that is the least",
+            ["x", "y", "z"][axis]
+        )));
+    }
+    if model.mutual.is_some() {
+        return fault(
+            "gravity between bodies in a periodic box would need Ewald sums, which are not there",
+        );
+    }
+    for wall in &model.walls {
+        let along = match &wall.shape {
+            WallShape::Plane { normal, .. } => {
+                (0..3).any(|axis| cell.periodic[axis] && normal[axis] != 0.0)
+                    || matches!(wall.motion, Motion::Rotate { .. })
+            }
+            WallShape::Mesh { .. } => true,
+        };
+        if along {
+            return Err(DemError::Unusable(format!(
+                "wall `{}` in a periodic box: only planes along the periodic axes that do not rotate go with one \
+                 (a mesh or a slanted plane would end at the side where space repeats itself)",
+                wall.name
+            )));
         }
     }
     Ok(())

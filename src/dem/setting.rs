@@ -27,6 +27,8 @@ pub struct Setting<'a> {
     pub skin: f64,
     /// Arrays that contacts keep.
     pub kept: Kept,
+    /// Edges of a periodic box, infinite along other axes, m.
+    pub edges: Vec3,
     /// Mesh walls.
     pub surfaces: Surfaces,
     /// Indices of plane walls in `model.walls`.
@@ -82,6 +84,7 @@ impl<'a> Setting<'a> {
                 normals: plan.law.history == History::Rotated,
                 pulls: plan.scheme == Scheme::PathAveraged && needs.tangential_damping,
             },
+            edges: model.periodic.map_or(Vec3::repeat(f64::INFINITY), |cell| cell.lengths()),
             surfaces: Surfaces::new(model),
             planes,
             table,
@@ -96,6 +99,26 @@ impl<'a> Setting<'a> {
             Scheme::PathAveraged if step > 0 => (step as f64 - 0.5) * self.step,
             _ => step as f64 * self.step,
         }
+    }
+
+    /// From a way between two places at home to that to the nearest image, m.
+    #[inline(always)]
+    pub fn shift(&self, way: &Vec3) -> Vec3 {
+        way.zip_map(&self.edges, |way, edge| {
+            if way > 0.5 * edge {
+                -edge
+            } else if way < -0.5 * edge {
+                edge
+            } else {
+                0.0
+            }
+        })
+    }
+
+    /// The way `way` between two places at home, in a periodic box that to the nearest image, m.
+    #[inline(always)]
+    pub fn way(&self, way: Vec3) -> Vec3 {
+        if self.needs.periodic { way + self.shift(&way) } else { way }
     }
 
     /// Parameters between two materials.

@@ -251,7 +251,7 @@ impl State {
     pub fn frame(&self, setting: &Setting<'_>) -> Frame {
         let model = setting.model;
         let slots = || self.slot.iter().map(|slot| *slot as usize);
-        Frame {
+        let mut frame = Frame {
             step: self.step,
             time: self.step as f64 * setting.step,
             centres: slots().map(|s| self.balls[s].place).collect(),
@@ -269,7 +269,9 @@ impl State {
                 })
                 .collect(),
             bodies: self.bodies(setting),
-        }
+        };
+        frame.bring_home(model);
+        frame
     }
 }
 

@@ -29,6 +29,8 @@ pub struct Needs {
     pub tangential_damping: bool,
     /// Local (non-viscous) damping.
     pub local_damping: bool,
+    /// Space repeats itself along some axes.
+    pub periodic: bool,
     /// At least one plane wall along an axis.
     pub planes: bool,
     /// At least one plane wall that is not along an axis.
@@ -66,6 +68,7 @@ impl Needs {
             normal_damping: pairs().any(|c| c.cn > 0.0),
             tangential_damping: friction && pairs().any(|c| c.ct > 0.0),
             local_damping: model.local_damping > 0.0,
+            periodic: model.periodic.is_some(),
             planes: wall(&|w| w.shape.axis_plane().is_some()),
             oblique_planes: wall(&|w| {
                 matches!(w.shape, WallShape::Plane { .. }) && w.shape.axis_plane().is_none()
@@ -80,7 +83,7 @@ impl Needs {
     }
 
     /// Every need with its key, what it is for people, and whether this scene has it.
-    pub fn table(&self) -> [(&'static str, &'static str, bool); 17] {
+    pub fn table(&self) -> [(&'static str, &'static str, bool); 18] {
         [
             ("discs", "two dimensions (discs of unit thickness)", self.discs),
             ("spheres", "single spheres", self.spheres),
@@ -93,6 +96,7 @@ impl Needs {
             ("normal_damping", "normal dashpot", self.normal_damping),
             ("tangential_damping", "tangential dashpot", self.tangential_damping),
             ("local_damping", "local (non-viscous) damping", self.local_damping),
+            ("periodic", "periodic box", self.periodic),
             ("planes", "plane walls along the axes", self.planes),
             ("oblique_planes", "oblique plane walls", self.oblique_planes),
             ("meshes", "mesh walls", self.meshes),

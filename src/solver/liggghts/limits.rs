@@ -85,6 +85,11 @@ fn bodies(model: &Model, limits: &mut Vec<Limit>) {
 }
 
 fn walls(model: &Model, limits: &mut Vec<Limit>) {
+    if model.needs().periodic && !super::values::surfaces(model).is_empty() {
+        limits.push(Limit::refused(
+            "mesh walls, oblique planes and planes that move along their normal in a periodic box: LIGGGHTS takes no mesh that reaches over a periodic side",
+        ));
+    }
     for wall in &model.walls {
         let WallShape::Mesh { mesh } = &wall.shape else { continue };
         let facts = inspect(mesh);

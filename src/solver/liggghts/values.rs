@@ -23,6 +23,7 @@ const SKIN: f64 = 0.1;
 pub struct Script {
     header: Header,
     needs: Needs,
+    boundary: String,
     tension: bool,
     processors: String,
     skin: f64,
@@ -228,6 +229,11 @@ fn simulation_box(model: &Model, surfaces: &[Surface]) -> Bounds {
         room.union(&surface::swept(&surface.mesh, &surface.wall.motion, model.plan.duration()))
     });
     let mut all = room.grown(largest_radius(model));
+    if let Some(cell) = &model.periodic {
+        for axis in (0..3).filter(|axis| cell.periodic[*axis]) {
+            (all.low[axis], all.high[axis]) = (cell.bounds.low[axis], cell.bounds.high[axis]);
+        }
+    }
     if model.needs().discs && !surfaces.is_empty() {
         // LIGGGHTS sorts mesh elements by bounding spheres, which must lie in the box.
         let half = 2.0 * all.size().xy().max();
@@ -267,6 +273,7 @@ impl Script {
         Self {
             header: Header::new(solver, model, limits),
             needs,
+            boundary: boundary(model),
             tension: model.plan.law.tension,
             processors: processors(model, options),
             skin: SKIN * smallest_radius(model),
@@ -290,6 +297,13 @@ impl Script {
             steps,
         }
     }
+}
+
+/// Arguments of the `boundary` command.
+fn boundary(model: &Model) -> String {
+    let flat = model.needs().discs;
+    let wraps = |axis: usize| model.periodic.is_some_and(|cell| cell.periodic[axis]);
+    [0, 1, 2].map(|axis| if wraps(axis) || flat && axis == 2 { "p" } else { "f" }).join(" ")
 }
 
 /// Text of the `processors` command; empty for one rank. Without a grid of the

@@ -25,6 +25,8 @@ pub struct Script {
     verlet: f64,
     damping: f64,
     gravity: [f64; 3],
+    /// Edge lengths of the periodic cell.
+    cell: [f64; 3],
     frame_every: u64,
     report_every: u64,
 }
@@ -88,6 +90,7 @@ impl Script {
             verlet: VERLET * model.spheres.iter().map(|s| s.radius).fold(f64::INFINITY, f64::min),
             damping: model.local_damping,
             gravity: plain(&model.gravity),
+            cell: model.periodic.map_or([0.0; 3], |cell| plain(&cell.bounds.size())),
             frame_every: model.plan.frame_every.max(1),
             report_every: (model.plan.steps / 50).max(1),
         })
