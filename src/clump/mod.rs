@@ -133,6 +133,28 @@ impl Clump {
             .collect()
     }
 
+    /// The same clump `scale` times as large in each direction; `dimension` 2 for discs
+    /// (one metre thick), 3 otherwise. Errors against the solid scale along.
+    pub fn scaled(&self, scale: f64, dimension: u32) -> Self {
+        let dimension = dimension as i32;
+        let ball = |b: &Ball| Ball { centre: b.centre * scale, radius: b.radius * scale };
+        Self {
+            balls: self.balls.iter().map(ball).collect(),
+            volume: self.volume * scale.powi(dimension),
+            inertia: self.inertia * scale.powi(dimension + 2),
+            centroid: self.centroid * scale,
+            fidelity: self.fidelity.map(|f| Fidelity {
+                equivalent_diameter: f.equivalent_diameter * scale,
+                mean_distance: f.mean_distance * scale,
+                rms_distance: f.rms_distance * scale,
+                largest_distance: f.largest_distance * scale,
+                centroid_error: f.centroid_error * scale,
+                ..f
+            }),
+            ..self.clone()
+        }
+    }
+
     fn single(name: &str, method: &str, radius: f64, volume: f64, inertia: f64) -> Self {
         Self {
             name: name.to_owned(),

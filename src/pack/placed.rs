@@ -154,6 +154,7 @@ impl PlacedBody {
             orientation: orientation * what.clump.axes,
             velocity: vector("velocity", &velocity, dimension)?,
             spin,
+            scale: 1.0,
         })
     }
 }

@@ -70,8 +70,8 @@ pub fn periodic_room(size: &[f64], periodic: [bool; 3]) -> Region {
 pub fn spheres(packing: &Packing, grains: &[Grain]) -> Vec<(Vec3, f64, usize)> {
     let mut all = Vec::new();
     for (body, laid) in packing.placements.iter().enumerate() {
-        for ball in &grains[laid.grain as usize].clump.balls {
-            all.push((laid.position + laid.orientation * ball.centre, ball.radius, body));
+        for ball in super::occupied::placed_balls(&grains[laid.grain as usize].clump.balls, laid) {
+            all.push((ball.centre, ball.radius, body));
         }
     }
     all

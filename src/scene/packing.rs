@@ -1,5 +1,6 @@
 //! The stage that places grains: `packing.csv`, `packing.json`, `packing.vtp`.
 
+use super::grains::Grain;
 use super::road::{Grains, Packed, Road, RoadError};
 use super::store::key;
 use super::walls::Room;
@@ -7,6 +8,7 @@ use crate::format::{self, Particles};
 use crate::num::Fault;
 use crate::pack::{self, PackError, Packing};
 use serde_json::json;
+use std::collections::BTreeMap;
 
 impl Road {
     /// The packing, in `packing.csv`.
@@ -14,7 +16,7 @@ impl Road {
     /// # Errors
     /// Grains that cannot be placed as asked; a folder that cannot be written.
     pub fn packed(&mut self) -> Result<Packed, RoadError> {
-        let grains = self.grains()?;
+        let mut grains = self.grains()?;
         let room = Room::of(&self.loaded).map_err(|fault| self.wrong(fault))?;
         let method = self.parameters(&|scene| {
             json!([
@@ -25,12 +27,13 @@ impl Road {
             ])
         });
         let key = key(&grains.key, &[method], self.loaded.base());
-        let packing = if self.store.is_done("pack", &key) {
+        let mut packing = if self.store.is_done("pack", &key) {
             self.unchanged("packing", "packing.csv");
             self.read_packing()?
         } else {
             self.pack(&grains, &room, &key)?
         };
+        adopt_scales(&mut grains, &mut packing, self.loaded.scene.dimension);
         Ok(Packed { room, grains, packing, key })
     }
 
@@ -92,15 +95,35 @@ impl Road {
     }
 }
 
+/// Makes grains whose size the packing has changed grains of their own, so that what
+/// follows knows nothing of scales.
+fn adopt_scales(grains: &mut Grains, packing: &mut Packing, dimension: u8) {
+    let mut known: BTreeMap<(u32, u64), u32> = BTreeMap::new();
+    for laid in packing.placements.iter_mut().filter(|laid| laid.scale != 1.0) {
+        let before = grains.copies[laid.grain as usize];
+        let number = *known.entry((before, laid.scale.to_bits())).or_insert_with(|| {
+            let grain = &grains.distinct[before as usize];
+            grains.distinct.push(Grain {
+                family: grain.family,
+                solid: grain.solid.as_ref().map(|solid| solid.scaled(laid.scale)),
+                clump: grain.clump.scaled(laid.scale, u32::from(dimension)),
+            });
+            grains.distinct.len() as u32 - 1
+        });
+        grains.copies[laid.grain as usize] = number;
+        laid.scale = 1.0;
+    }
+}
+
 /// The spheres of all placed grains, each with its body.
 fn spheres(packing: &Packing, list: &[pack::Grain]) -> Particles {
     let mut table = Particles::default();
     let (mut bodies, mut velocities, mut spins) = (Vec::new(), Vec::new(), Vec::new());
     for (body, laid) in packing.placements.iter().enumerate() {
         for ball in &list[laid.grain as usize].clump.balls {
-            let arm = laid.orientation * ball.centre;
+            let arm = laid.orientation * (ball.centre * laid.scale);
             table.positions.push(laid.position + arm);
-            table.radii.push(ball.radius);
+            table.radii.push(ball.radius * laid.scale);
             bodies.push(body as u64);
             velocities.push(laid.velocity + laid.spin.cross(&arm));
             spins.push(laid.spin);
@@ -122,4 +145,42 @@ fn listed(grains: &Grains) -> Vec<pack::Grain<'_>> {
             pack::Grain { clump: &grain.clump, solid: grain.solid.as_ref(), family: grain.family }
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::clump;
+    use crate::num::{Rotation, Vec3};
+
+    #[test]
+    fn scaled_grains_become_grains_of_their_own_once_each() {
+        let ball = Grain { family: 0, solid: None, clump: clump::sphere("ball", 1.0) };
+        let mut grains = Grains { distinct: vec![ball], copies: vec![0; 3], key: String::new() };
+        let placement = |grain, scale| pack::Placement {
+            grain,
+            position: Vec3::zeros(),
+            orientation: Rotation::identity(),
+            velocity: Vec3::zeros(),
+            spin: Vec3::zeros(),
+            scale,
+        };
+        let container = crate::geometry::Container::Box(crate::geometry::container::BoxContainer {
+            size: Some(vec![crate::num::units::Length(1.0); 3]),
+            ..Default::default()
+        });
+        let region = container.region(3, None).expect("a box");
+        let list = [];
+        let placements = vec![placement(0, 0.5), placement(1, 1.0), placement(2, 0.5)];
+        let measures = pack::measure::measure(&[], &list, &region);
+        let mut packing =
+            Packing { placements, dropped: Vec::new(), outcome: String::new(), measures };
+        adopt_scales(&mut grains, &mut packing, 3);
+        assert_eq!(grains.copies, [1, 0, 1]);
+        assert_eq!(
+            grains.distinct[1].clump,
+            clump::Clump { name: "ball".into(), ..clump::sphere("ball", 0.5) }
+        );
+        assert!(packing.placements.iter().all(|laid| laid.scale == 1.0));
+    }
 }

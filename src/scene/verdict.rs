@@ -152,6 +152,7 @@ fn side_by_side(samples: &[Grain], start: Vec3) -> Packing {
                 orientation: Rotation::identity(),
                 velocity: Vec3::zeros(),
                 spin: Vec3::zeros(),
+                scale: 1.0,
             }
         })
         .collect();

@@ -33,6 +33,15 @@ pub struct Solid {
     pub recipe: String,
 }
 
+impl Solid {
+    /// The same solid `scale` times as large in each direction about its centroid's origin.
+    pub fn scaled(&self, scale: f64) -> Self {
+        let mesh = self.mesh.mapped(|vertex| vertex * scale);
+        let mass = mesh.mass_properties();
+        Self { mesh, mass, ..self.clone() }
+    }
+}
+
 /// How a grain gets its shape.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
