@@ -209,6 +209,12 @@ pub fn pack(
         let allowed = format!("periodic edges of at least {} m", 4.0 * reach);
         return Err(Fault::new("container", problem, allowed).into());
     }
+    let wraps = matches!(method, Method::Random(_) | Method::Array(_) | Method::Placed(_));
+    if region.cell().is_some() && !wraps {
+        let problem = "does not fill periodic boxes";
+        let allowed = "random, array or placed, or a box without `periodic`";
+        return Err(Fault::new(method.key(), problem, allowed).into());
+    }
     let mut laid = match method {
         Method::Random(parameters) => parameters.lay(grains, region, seed, job),
         Method::Array(parameters) => parameters.lay(grains, region, seed, job),

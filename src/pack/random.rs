@@ -146,7 +146,7 @@ impl Random {
             let turn = self.orientation.draw(what, dimension, &mut source);
             let extent = occupied.extent(grain, &turn);
             let mut bounds = Bounds { low: room.low - extent.low, high: room.high - extent.high };
-            for cell in &cell {
+            if let Some(cell) = &cell {
                 for axis in (0..dimension).filter(|axis| cell.periodic[*axis]) {
                     bounds.low[axis] = cell.bounds.low[axis];
                     bounds.high[axis] = cell.bounds.high[axis];
