@@ -280,14 +280,14 @@ pub fn on_faces<const FRICTION: bool, const DAMPING: bool>(
             continue;
         }
         book.touching[base + at] |= hit.inherits;
-        let wall =
-            &field.setting.model.walls[field.setting.surfaces.wall[*partner as usize] as usize];
+        let number = field.setting.surfaces.wall[*partner as usize] as usize;
+        let wall = &field.setting.model.walls[number];
         let away = ball.place - hit.point;
         let spot = Spot {
             away,
             distance: away.norm(),
             foot: hit.point,
-            motion: &wall.motion,
+            motion: &field.setting.walls[number].motion,
             material: wall.material,
             full_arm: false,
         };
@@ -305,7 +305,7 @@ fn find_hits(field: &Field<'_>, ball: &Ball, partners: &[u32], hits: &mut Vec<Hi
         let (point, feature) = surface::closest(&ball.place, &field.faces[face]);
         let away = ball.place - point;
         let distance = away.norm();
-        let motion = &field.setting.model.walls[surfaces.wall[face] as usize].motion;
+        let motion = &field.setting.walls[surfaces.wall[face] as usize].motion;
         let rate = (ball.velocity - motion.velocity(&point)).dot(&away) / distance;
         let (gap, half) = (distance - ball.radius, 0.5 * field.rule.advance * rate);
         let touches = window(gap - half, gap + half).is_some()

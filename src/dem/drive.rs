@@ -6,7 +6,7 @@ use super::setting::Setting;
 use super::state::{Load, State};
 use super::{
     DemError, Observer, Summary, averaged_motion, checkpoint, guard, ledger, limit, motion,
-    neighbours,
+    neighbours, servo,
 };
 use crate::model::{Cost, Model, Outcome, Scheme};
 use crate::num::{Job, Vec3, clock};
@@ -29,11 +29,15 @@ pub fn simulate(
     if !model.plan.insist && step > advice.limit {
         return Err(DemError::StepTooLarge { step, limit: advice.limit, reason: advice.reason });
     }
-    let setting = Setting::new(model);
+    let mut setting = Setting::new(model);
     let mut work = Workspace::new(job.threads, model.spheres.len());
     let (mut state, mut stopped) = match resume {
-        Some(bytes) => (checkpoint::read(model, bytes)?, None),
-        None => start(&setting, &mut work, observer),
+        Some(bytes) => {
+            let state = checkpoint::read(model, bytes)?;
+            setting.place_walls(&state.servos, state.step as f64 * step);
+            (state, None)
+        }
+        None => start(&mut setting, &mut work, observer),
     };
     let (from, loop_begun) = (state.step, Instant::now());
     let mut outcome = None;
@@ -45,7 +49,7 @@ pub fn simulate(
             outcome = Some(Outcome::Cancelled { step: state.step });
             break;
         }
-        stopped = one_step(&setting, &mut state, &mut work);
+        stopped = one_step(&mut setting, &mut state, &mut work);
         record(&setting, &mut state, observer, stopped.is_some())?;
         if state.step.is_multiple_of(REPORT_EVERY) {
             job.report("steps", state.step, model.plan.steps);
@@ -78,7 +82,7 @@ pub fn simulate(
 
 /// State, force pass and output at time 0.
 fn start(
-    setting: &Setting<'_>,
+    setting: &mut Setting<'_>,
     work: &mut Workspace,
     observer: &mut dyn Observer,
 ) -> (State, Option<String>) {
@@ -99,11 +103,12 @@ fn start(
 }
 
 /// From one force pass to just after the next.
-fn one_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace) -> Option<String> {
+fn one_step(setting: &mut Setting<'_>, state: &mut State, work: &mut Workspace) -> Option<String> {
     if setting.scheme == Scheme::PathAveraged {
         return averaged_step(setting, state, work);
     }
     state.ledger.add_half();
+    move_walls(setting, state, (state.step + 1) as f64 * setting.step);
     let mut stopped = None;
     if motion::advance(setting, state) {
         neighbours::rebuild(setting, state);
@@ -115,7 +120,12 @@ fn one_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace) -> O
 }
 
 /// Half a step, force pass, half a step.
-fn averaged_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace) -> Option<String> {
+fn averaged_step(
+    setting: &mut Setting<'_>,
+    state: &mut State,
+    work: &mut Workspace,
+) -> Option<String> {
+    move_walls(setting, state, (state.step as f64 + 0.5) * setting.step);
     let mut stopped = None;
     if averaged_motion::first_half(setting, state) {
         neighbours::rebuild(setting, state);
@@ -123,9 +133,19 @@ fn averaged_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace)
     }
     force_pass(setting, state, work, false);
     averaged_motion::second_half(setting, state);
+    // What is written now stands at the end of the step.
+    setting.place_walls(&state.servos, state.step as f64 * setting.step);
     // Powers act over the whole of this step.
     state.ledger.add_half();
     stopped
+}
+
+/// Walls to where the next pass, at `time`, finds them.
+fn move_walls(setting: &mut Setting<'_>, state: &mut State, time: f64) {
+    if setting.needs.servo_walls {
+        servo::advance(setting, state);
+    }
+    setting.place_walls(&state.servos, time);
 }
 
 /// Contact forces, local damping, and their energies.
@@ -141,6 +161,9 @@ pub(super) fn force_pass(
         interval: if first { 0.0 } else { setting.step },
     };
     let tally = evaluate(setting, state, work, &rule);
+    if setting.needs.servo_walls {
+        servo::respond(setting, state);
+    }
     if setting.planar {
         for Load { force, torque } in &mut state.loads {
             force.z = 0.0;

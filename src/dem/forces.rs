@@ -84,7 +84,11 @@ impl Workspace {
         let time = setting.pass_time(step);
         let first = self.walls_at.is_none();
         self.walls_at = Some(step);
-        if first || setting.needs.sliding_walls || setting.needs.turning_walls {
+        if first
+            || setting.needs.sliding_walls
+            || setting.needs.servo_walls
+            || setting.needs.turning_walls
+        {
             self.planes = setting.planes_at(time);
         }
         if first || setting.surfaces.moving {
@@ -569,14 +573,15 @@ fn on_faces<const FRICTION: bool, const DAMPING: bool, const AVERAGED: bool>(
         if !hit.touches && !book.touching[base + at] {
             continue;
         }
-        let wall =
-            &field.setting.model.walls[field.setting.surfaces.wall[*partner as usize] as usize];
+        let number = field.setting.surfaces.wall[*partner as usize] as usize;
+        let (wall, motion) =
+            (&field.setting.model.walls[number], &field.setting.walls[number].motion);
         let away = ball.place - hit.point;
         let spot = Spot {
             away,
             distance: away.norm(),
-            velocity: wall.motion.velocity(&hit.point),
-            spin: wall_spin(&wall.motion),
+            velocity: motion.velocity(&hit.point),
+            spin: wall_spin(motion),
             material: wall.material,
             full_arm: false,
             touches: hit.touches,

@@ -127,7 +127,8 @@ pub fn sweep(setting: &Setting<'_>, state: &State) -> Sweep {
         let mut spring = state.faces.book.record(k).spring;
         if half > 0.0 && setting.needs.friction {
             let arm = ball.radius - 0.5 * overlap;
-            let velocity = ball.velocity - wall.motion.velocity(&point);
+            let motion = &setting.walls[setting.surfaces.wall[face] as usize].motion;
+            let velocity = ball.velocity - motion.velocity(&point);
             spring += slide(ball.place - point, velocity, spin(slot) * arm) * half;
         }
         add(law, overlap, spring, ball.radius);

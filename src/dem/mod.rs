@@ -43,6 +43,7 @@ mod ledger;
 pub mod limit;
 mod motion;
 mod neighbours;
+mod servo;
 mod setting;
 mod state;
 mod surface;
@@ -62,6 +63,8 @@ mod test_physics;
 mod test_runs;
 #[cfg(test)]
 mod test_scenes;
+#[cfg(test)]
+mod test_servo;
 
 pub use far::attraction;
 pub use far_tree::Pull;

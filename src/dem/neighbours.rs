@@ -417,8 +417,8 @@ fn faces(setting: &Setting<'_>, state: &State, time: f64, memory: &[(u64, Record
 
 /// Corners of triangle `face` at `time`, s.
 pub fn face_at(setting: &Setting<'_>, face: usize, time: f64) -> [Vec3; 3] {
-    let motion = setting.model.walls[setting.surfaces.wall[face] as usize].motion;
-    setting.surfaces.start[face].map(|corner| motion.place(&corner, time))
+    let wall = setting.surfaces.wall[face] as usize;
+    setting.surfaces.start[face].map(|corner| setting.wall_place(wall, &corner, time))
 }
 
 /// A list of what `find` finds for each ball, with remembered contacts.

@@ -1,6 +1,7 @@
 //! What does not change during a run, laid out for the kernels.
 
 use super::law::Kept;
+use super::servo::{Servo, WallNow};
 use super::surface::Surfaces;
 use crate::model::{
     Arm, Contact, Dimension, History, Law, Model, Motion, Needs, Scheme, WallShape,
@@ -31,6 +32,8 @@ pub struct Setting<'a> {
     pub edges: Vec3,
     /// Mesh walls.
     pub surfaces: Surfaces,
+    /// Where the walls are now; set before each pass.
+    pub walls: Vec<WallNow>,
     /// Indices of plane walls in `model.walls`.
     pub planes: Vec<u16>,
     table: Vec<Contact>,
@@ -86,9 +89,34 @@ impl<'a> Setting<'a> {
             },
             edges: model.periodic.map_or(Vec3::repeat(f64::INFINITY), |cell| cell.lengths()),
             surfaces: Surfaces::new(model),
+            walls: model
+                .walls
+                .iter()
+                .map(|w| WallNow::of(&w.motion, &Servo::default(), 0.0))
+                .collect(),
             planes,
             table,
             materials,
+        }
+    }
+
+    /// Puts walls where they are at `time`, s.
+    pub fn place_walls(&mut self, servos: &[Servo], time: f64) {
+        if !(self.needs.servo_walls || self.needs.sliding_walls) {
+            return;
+        }
+        for (index, (now, wall)) in self.walls.iter_mut().zip(&self.model.walls).enumerate() {
+            let servo = servos.get(index).copied().unwrap_or_default();
+            *now = WallNow::of(&wall.motion, &servo, time);
+        }
+    }
+
+    /// Where the point of wall `wall` is at `time` that was at `point` at time 0; walls that
+    /// oscillate or seek a force are where they were placed last.
+    pub fn wall_place(&self, wall: usize, point: &Vec3, time: f64) -> Vec3 {
+        match self.model.walls[wall].motion {
+            Motion::Oscillate { .. } | Motion::Servo { .. } => point + self.walls[wall].shift,
+            motion => motion.place(point, time),
         }
     }
 
@@ -129,7 +157,8 @@ impl<'a> Setting<'a> {
 
     /// Plane number `index` of [`Setting::planes`] at `time`, s.
     pub fn plane(&self, index: usize, time: f64) -> PlaneNow {
-        let wall = &self.model.walls[self.planes[index] as usize];
+        let number = self.planes[index] as usize;
+        let wall = &self.model.walls[number];
         let WallShape::Plane { point, normal } = &wall.shape else {
             unreachable!("`planes` lists plane walls only")
         };
@@ -140,9 +169,9 @@ impl<'a> Setting<'a> {
             _ => *normal,
         };
         PlaneNow {
-            point: wall.motion.place(point, time),
+            point: self.wall_place(number, point, time),
             normal: turned,
-            motion: wall.motion,
+            motion: self.walls[number].motion,
             material: wall.material,
             full_arm: self.law.plane_arm == Arm::Full && wall.shape.axis_plane().is_some(),
         }
@@ -160,6 +189,9 @@ impl<'a> Setting<'a> {
         let travel = |motion: &Motion| match motion {
             Motion::Still => 0.0,
             Motion::Translate { velocity } => velocity.norm() * span,
+            Motion::Oscillate { .. } | Motion::Servo { .. } => {
+                motion.velocity(&Vec3::zeros()).norm() * span
+            }
             Motion::Rotate { origin, axis, rate } => {
                 let reach = (0..8)
                     .map(|corner| {

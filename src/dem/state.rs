@@ -2,6 +2,7 @@
 
 use super::law::Book;
 use super::ledger::Ledger;
+use super::servo::Servo;
 use super::setting::Setting;
 use super::turn;
 use crate::model::{BodyState, Frame, Scheme};
@@ -109,6 +110,8 @@ pub struct State {
     /// How far spheres and walls went in half a step when the lists were built, m;
     /// 0 where only the places of a force pass matter.
     pub sweep: f64,
+    /// Servo walls, one entry each wall; empty if there is none.
+    pub servos: Vec<Servo>,
     /// Energy book-keeping.
     pub ledger: Ledger,
 }
@@ -134,6 +137,10 @@ impl State {
             built_at: 0,
             rebuilds: 0,
             sweep: 0.0,
+            servos: match setting.needs.servo_walls {
+                true => vec![Servo::default(); model.walls.len()],
+                false => Vec::new(),
+            },
             ledger: Ledger::default(),
         };
         // YADE stores velocities half a step early.

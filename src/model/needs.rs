@@ -39,6 +39,8 @@ pub struct Needs {
     pub meshes: bool,
     /// At least one wall that translates.
     pub sliding_walls: bool,
+    /// At least one wall that seeks a force.
+    pub servo_walls: bool,
     /// At least one wall that rotates.
     pub turning_walls: bool,
     /// Bodies turn: friction, or clumps, or a spin at the start.
@@ -74,7 +76,10 @@ impl Needs {
                 matches!(w.shape, WallShape::Plane { .. }) && w.shape.axis_plane().is_none()
             }),
             meshes: wall(&|w| matches!(w.shape, WallShape::Mesh { .. })),
-            sliding_walls: wall(&|w| matches!(w.motion, Motion::Translate { .. })),
+            sliding_walls: wall(&|w| {
+                matches!(w.motion, Motion::Translate { .. } | Motion::Oscillate { .. })
+            }),
+            servo_walls: wall(&|w| matches!(w.motion, Motion::Servo { .. })),
             turning_walls: wall(&|w| matches!(w.motion, Motion::Rotate { .. })),
             rotation: friction
                 || clumps
@@ -83,7 +88,7 @@ impl Needs {
     }
 
     /// Every need with its key, what it is for people, and whether this scene has it.
-    pub fn table(&self) -> [(&'static str, &'static str, bool); 18] {
+    pub fn table(&self) -> [(&'static str, &'static str, bool); 19] {
         [
             ("discs", "two dimensions (discs of unit thickness)", self.discs),
             ("spheres", "single spheres", self.spheres),
@@ -101,6 +106,7 @@ impl Needs {
             ("oblique_planes", "oblique plane walls", self.oblique_planes),
             ("meshes", "mesh walls", self.meshes),
             ("sliding_walls", "walls that translate", self.sliding_walls),
+            ("servo_walls", "walls that seek a force", self.servo_walls),
             ("turning_walls", "walls that rotate", self.turning_walls),
             ("rotation", "rotation of bodies", self.rotation),
         ]

@@ -372,7 +372,7 @@ fn decks_hold_what_is_needed_and_nothing_else() {
         decks += 1;
     }
     assert!(decks >= 64, "only {decks} combinations");
-    let never_both = ["local_damping", "mutual_gravity", "periodic"];
+    let never_both = ["local_damping", "mutual_gravity", "periodic", "servo_walls"];
     for (key, _, _) in examples::two_spheres().needs().table() {
         let both = seen.contains(&(key, true)) && seen.contains(&(key, false));
         assert!(both || never_both.contains(&key), "`{key}` was never switched");
@@ -401,7 +401,7 @@ fn periodic_boxes_end_where_the_cell_ends() {
     };
     assert!(refused(yade, &model) && !refused(liggghts, &model));
     let motion = Motion::Translate { velocity: Vec3::z() };
-    add_plane(&mut model, Vec3::z() * -0.02, Vec3::z(), motion);
+    add_plane(&mut model, "lid", Vec3::z() * -0.02, Vec3::z(), motion);
     assert!(refused(liggghts, &model));
 }
 

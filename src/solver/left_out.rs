@@ -13,7 +13,7 @@ pub struct LeftOut {
 }
 
 /// What no deck can have (see the limits of the solvers), so that lacking it says nothing.
-const NEVER: &[&str] = &["mutual_gravity"];
+const NEVER: &[&str] = &["mutual_gravity", "servo_walls"];
 
 /// Everything that `needs` lacks and a deck could have.
 pub fn left_out(needs: &Needs) -> Vec<LeftOut> {
@@ -70,6 +70,7 @@ mod tests {
             oblique_planes: false,
             meshes: false,
             sliding_walls: false,
+            servo_walls: false,
             turning_walls: false,
             rotation: false,
         };

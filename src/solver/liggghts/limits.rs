@@ -1,7 +1,7 @@
 //! What LIGGGHTS 3.8.0 cannot express or does in its own way.
 
 use crate::geometry::Mesh;
-use crate::model::{Coulomb, History, Model, Scheme, WallShape};
+use crate::model::{Coulomb, History, Model, Motion, Scheme, WallShape};
 use crate::solver::mesh_check::{MeshFacts, inspect};
 use crate::solver::{Limit, finite};
 
@@ -89,6 +89,19 @@ fn walls(model: &Model, limits: &mut Vec<Limit>) {
         limits.push(Limit::refused(
             "mesh walls, oblique planes and planes that move along their normal in a periodic box: LIGGGHTS takes no mesh that reaches over a periodic side",
         ));
+    }
+    for wall in &model.walls {
+        match wall.motion {
+            Motion::Servo { .. } => limits.push(Limit::refused(format!(
+                "wall `{}` seeks a force: fix mesh/surface/stress/servo is a controller with gains of its own, which would move the wall in another way",
+                wall.name
+            ))),
+            Motion::Oscillate { phase, .. } if phase != 0.0 => limits.push(Limit::refused(format!(
+                "wall `{}` oscillates from a phase that is not 0: fix move/mesh wiggle starts at 0",
+                wall.name
+            ))),
+            _ => {}
+        }
     }
     for wall in &model.walls {
         let WallShape::Mesh { mesh } = &wall.shape else { continue };

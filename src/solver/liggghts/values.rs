@@ -119,7 +119,13 @@ impl Surface<'_> {
             period: 0.0,
         };
         match &self.wall.motion {
-            Motion::Still => {}
+            // Servo walls are refused (see the limits).
+            Motion::Still | Motion::Servo { .. } => {}
+            Motion::Oscillate { amplitude, frequency, .. } => {
+                values.motion = "wiggle";
+                values.velocity = plain(amplitude);
+                values.period = 1.0 / frequency;
+            }
             Motion::Translate { velocity } => {
                 values.motion = if self.in_place { "slide" } else { "move" };
                 values.velocity = plain(velocity);
@@ -169,7 +175,8 @@ fn travelling_square(room: &Bounds, wall: &Wall, point: &Vec3, normal: &Vec3, ti
     let (centre, reach) = match &wall.motion {
         Motion::Rotate { origin, .. } => (*origin, (room.centre() - origin).norm()),
         Motion::Translate { velocity } => (room.centre(), velocity.norm() * time),
-        Motion::Still => (room.centre(), 0.0),
+        Motion::Oscillate { amplitude, .. } => (room.centre(), 2.0 * amplitude.norm()),
+        Motion::Still | Motion::Servo { .. } => (room.centre(), 0.0),
     };
     surface::square_mesh(
         &surface::project(&centre, point, normal),
@@ -193,6 +200,7 @@ fn primitive(wall: &Wall) -> Option<Plane> {
     };
     match &wall.motion {
         Motion::Still => Some(plane),
+        Motion::Oscillate { .. } | Motion::Servo { .. } => None,
         Motion::Translate { velocity } => {
             let moving: Vec<usize> = (0..3).filter(|a| velocity[*a] != 0.0).collect();
             match moving.as_slice() {

@@ -1,7 +1,7 @@
 //! What YADE 2023.02a cannot express or does in its own way.
 
 use super::values;
-use crate::model::{Arm, Coulomb, History, Model, Scheme, WallShape};
+use crate::model::{Arm, Coulomb, History, Model, Motion, Scheme, WallShape};
 use crate::solver::{Limit, finite};
 
 /// Relative difference up to which moments of inertia count as equal.
@@ -104,6 +104,12 @@ fn materials(model: &Model, limits: &mut Vec<Limit>) {
 
 fn walls(model: &Model, limits: &mut Vec<Limit>) {
     for wall in &model.walls {
+        if matches!(wall.motion, Motion::Oscillate { .. } | Motion::Servo { .. }) {
+            limits.push(Limit::refused(format!(
+                "wall `{}` oscillates or seeks a force: YADE moves walls by their velocities, which would lag half a step behind",
+                wall.name
+            )));
+        }
         match &wall.shape {
             WallShape::Mesh { mesh } if mesh.triangles.is_empty() => {
                 limits.push(Limit::refused(format!("wall `{}` has no triangles", wall.name)));

@@ -123,7 +123,8 @@ impl WallValues {
             values.point = plain(point);
         }
         match &wall.motion {
-            Motion::Still => {}
+            // Walls of the other two kinds are refused (see the limits).
+            Motion::Still | Motion::Oscillate { .. } | Motion::Servo { .. } => {}
             Motion::Translate { velocity } => {
                 values.motion = "slide";
                 values.velocity = plain(velocity);
@@ -307,7 +308,7 @@ fn covering_triangle(
     let (centre, reach) = match &wall.motion {
         Motion::Rotate { origin, .. } => (*origin, (room.centre() - origin).norm()),
         Motion::Translate { velocity } => (room.centre(), velocity.norm() * time),
-        Motion::Still => (room.centre(), 0.0),
+        Motion::Still | Motion::Oscillate { .. } | Motion::Servo { .. } => (room.centre(), 0.0),
     };
     let foot = surface::project(&centre, point, normal);
     surface::triangle_around(&foot, normal, room.diagonal() + reach)
