@@ -2,7 +2,7 @@
 //! element run, LIGGGHTS and YADE decks, and a report of how far they agree.
 //!
 //! Rooms, and which way imports go (each may use what stands left of it):
-//! `num, geometry <- format <- shape <- clump <- pack <- model <- {dem, solver} <- report <- scene <- study <- cli`.
+//! `num, geometry <- format <- shape <- clump <- pack <- model <- {dem, solver} <- report <- scene <- {study, sweep} <- cli`.
 //! `tests/house.rs` holds every `use crate::…` against this line.
 
 pub mod clump;
@@ -17,6 +17,7 @@ pub mod scene;
 pub mod shape;
 pub mod solver;
 pub mod study;
+pub mod sweep;
 
 pub mod cli;
 

@@ -6,5 +6,6 @@ mod commands {
     mod scenes;
     mod stages;
     mod studies;
+    mod sweeps;
     mod tools;
 }

@@ -4,11 +4,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 const RULE: &str = "num <- geometry <- format <- shape <- clump <- pack <- model \
-    <- {dem, solver} <- report <- scene <- study <- cli; each may use what stands left of it, \
-    dem and solver not each other; one `use crate::ROOM` a room";
+    <- {dem, solver} <- report <- scene <- {study, sweep} <- cli; each may use what stands left of it, \
+    those in braces not each other; one `use crate::ROOM` a room";
 
 /// Rooms with their place from the left; rooms of one place must not use each other.
-const ROOMS: [(&str, usize); 13] = [
+const ROOMS: [(&str, usize); 14] = [
     ("num", 0),
     ("geometry", 1),
     ("format", 2),
@@ -21,6 +21,7 @@ const ROOMS: [(&str, usize); 13] = [
     ("report", 8),
     ("scene", 9),
     ("study", 10),
+    ("sweep", 10),
     ("cli", 11),
 ];
 

@@ -69,6 +69,8 @@ pub enum Verb {
     Compare(Compare),
     /// Study error against run time: tables, charts, CSV and a page.
     Study(Study),
+    /// Do many cases of one scene: a grid, a list or a Latin hypercube over any keys.
+    Sweep(Sweep),
     /// Measure meshes, clumps, packings and states.
     Measure(Measure),
     /// Convert between all formats that riprap knows, by extension.
@@ -225,6 +227,25 @@ pub struct Study {
     /// Fewer points: about a minute instead of some.
     #[arg(long)]
     pub quick: bool,
+}
+
+/// `riprap sweep`.
+#[derive(Debug, Args)]
+pub struct Sweep {
+    /// Sweep file (TOML).
+    pub sweep: PathBuf,
+    /// Output folder (default: NAME.out beside the sweep file).
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// Cases at a time (default: as many as threads).
+    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub jobs: Option<u16>,
+    /// Go on with an interrupted sweep; cases that failed are tried again.
+    #[arg(long)]
+    pub resume: bool,
+    /// Write the scenes of all cases and a job array for a cluster; run nothing.
+    #[arg(long, conflicts_with = "resume")]
+    pub write_only: bool,
 }
 
 /// `riprap measure`.

@@ -16,6 +16,7 @@ mod pack;
 mod reproduce;
 mod run;
 mod study;
+mod sweep;
 mod view;
 
 use arguments::{Arguments, Verb};
@@ -50,6 +51,7 @@ fn act(verb: Verb, screen: &Screen) -> Result<(), Ending> {
         Verb::Export(arguments) => export::export(&arguments, screen),
         Verb::Compare(arguments) => compare::compare(&arguments, screen),
         Verb::Study(arguments) => study::study(&arguments, screen),
+        Verb::Sweep(arguments) => sweep::sweep(&arguments, screen),
         Verb::Measure(arguments) => measure::measure(&arguments, screen),
         Verb::Convert(arguments) => convert::convert(&arguments, screen),
         Verb::View(arguments) => view::view(&arguments, screen),

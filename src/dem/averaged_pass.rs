@@ -143,7 +143,8 @@ pub fn pair<const FRICTION: bool, const DAMPING: bool>(
     let distance = square.sqrt();
     let normal = between * distance.recip();
     let gap = distance - sum;
-    let arms = [me.radius + 0.5 * gap, them.radius + 0.5 * gap];
+    let share = field.setting.share;
+    let arms = [me.radius + share * gap, them.radius + share * gap];
     let (mut pull, mut bend, mut ease) = (Vec3::zeros(), Vec3::zeros(), 0.0);
     if FRICTION {
         bend = field.memory.bend(slot, me, &(normal * -arms[0]))
@@ -180,7 +181,7 @@ struct Spot<'a> {
     foot: Vec3,
     motion: &'a Motion,
     material: u16,
-    full_arm: bool,
+    share: f64,
 }
 
 #[inline]
@@ -196,7 +197,7 @@ fn at_wall<const FRICTION: bool, const DAMPING: bool>(
     let ball = &field.balls[slot];
     let normal = spot.away / spot.distance;
     let gap = spot.distance - ball.radius;
-    let arm = ball.radius + gap * if spot.full_arm { 1.0 } else { 0.5 };
+    let arm = ball.radius + gap * spot.share;
     let moving = spot.motion.velocity(&spot.foot);
     let mut velocity = ball.velocity - moving;
     let (mut pull, mut bend, mut ease) = (Vec3::zeros(), Vec3::zeros(), 0.0);
@@ -248,7 +249,7 @@ pub fn on_planes<const FRICTION: bool, const DAMPING: bool>(
             foot: ball.place - away,
             motion: &plane.motion,
             material: plane.material,
-            full_arm: plane.full_arm,
+            share: plane.share,
         };
         at_wall::<FRICTION, DAMPING>(field, slot, &spot, book, base + at, load, tally);
     }
@@ -289,7 +290,7 @@ pub fn on_faces<const FRICTION: bool, const DAMPING: bool>(
             foot: hit.point,
             motion: &field.setting.walls[number].motion,
             material: wall.material,
-            full_arm: false,
+            share: field.setting.share,
         };
         at_wall::<FRICTION, DAMPING>(field, slot, &spot, book, base + at, load, tally);
     }

@@ -159,6 +159,7 @@ pub(super) fn force_pass(
         law: setting.law,
         advance: if first && setting.scheme != Scheme::Yade { 0.0 } else { setting.step },
         interval: if first { 0.0 } else { setting.step },
+        bare_slip: setting.scheme == Scheme::Lammps,
     };
     let tally = evaluate(setting, state, work, &rule);
     if setting.needs.servo_walls {

@@ -423,7 +423,8 @@ fn pair<const FRICTION: bool, const DAMPING: bool, const AVERAGED: bool>(
     let distance = square.sqrt();
     let normal = between * distance.recip();
     let overlap = sum - distance;
-    let arms = [me.radius - 0.5 * overlap, them.radius - 0.5 * overlap];
+    let share = field.setting.share;
+    let arms = [me.radius - share * overlap, them.radius - share * overlap];
     let mut velocity = me.velocity - them.velocity;
     let mut spins = Vec3::zeros();
     if FRICTION {
@@ -454,7 +455,8 @@ struct Spot {
     /// Angular velocity of the wall, rad/s.
     spin: Vec3,
     material: u16,
-    full_arm: bool,
+    /// Part of the overlap taken from the radius to give the lever arm.
+    share: f64,
     touches: bool,
 }
 
@@ -471,7 +473,7 @@ fn at_wall<const FRICTION: bool, const DAMPING: bool>(
     let ball = &field.balls[slot];
     let normal = spot.away / spot.distance;
     let overlap = ball.radius - spot.distance;
-    let arm = ball.radius - overlap * if spot.full_arm { 1.0 } else { 0.5 };
+    let arm = ball.radius - overlap * spot.share;
     let mut velocity = ball.velocity - spot.velocity;
     let mut spins = Vec3::zeros();
     if FRICTION {
@@ -529,7 +531,7 @@ fn on_planes<const FRICTION: bool, const DAMPING: bool, const AVERAGED: bool>(
             velocity: plane.motion.velocity(&(ball.place - away)),
             spin: wall_spin(&plane.motion),
             material: plane.material,
-            full_arm: plane.full_arm,
+            share: plane.share,
             touches,
         };
         at_wall::<FRICTION, DAMPING>(field, slot, &spot, book, base + at, load, tally);
@@ -583,7 +585,7 @@ fn on_faces<const FRICTION: bool, const DAMPING: bool, const AVERAGED: bool>(
             velocity: motion.velocity(&hit.point),
             spin: wall_spin(motion),
             material: wall.material,
-            full_arm: false,
+            share: field.setting.share,
             touches: hit.touches,
         };
         at_wall::<FRICTION, DAMPING>(field, slot, &spot, book, base + at, load, tally);

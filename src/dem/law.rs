@@ -28,6 +28,9 @@ pub struct Rule {
     pub advance: f64,
     /// Time over which energy is counted, s; 0 in the first pass.
     pub interval: f64,
+    /// True: a contact that slips before its spring has moved gives no tangential force (LAMMPS
+    /// in its set-up pass).
+    pub bare_slip: bool,
 }
 
 /// Geometry and motion of a contact.
@@ -255,9 +258,13 @@ pub fn respond<const FRICTION: bool, const DAMPING: bool>(
         let Cut { spring, dash, force, slips } = cut(rule.law.coulomb, pair, trial, slide, limit);
         tangent = -force;
         book.spring[k] = spring;
-        if slips && rule.interval > 0.0 {
-            let before = trial - slide * rule.interval;
-            tally.slip += 0.5 * pair.kt * (before + spring).dot(&(trial - spring));
+        if slips {
+            if rule.interval > 0.0 {
+                let before = trial - slide * rule.interval;
+                tally.slip += 0.5 * pair.kt * (before + spring).dot(&(trial - spring));
+            } else if rule.bare_slip && trial == Vec3::zeros() {
+                (tangent, book.spring[k]) = (Vec3::zeros(), Vec3::zeros());
+            }
         }
         if DAMPING {
             new[1] = dash.dot(&slide);
@@ -336,10 +343,11 @@ pub fn cut(kind: Coulomb, pair: &Contact, trial: Vec3, slide: Vec3, limit: f64) 
     }
     let part = limit / square.sqrt();
     let force = limited * part;
-    let (spring, dash) = match kind {
-        Coulomb::SpringThenDashpot => (trial * part, Vec3::zeros()),
-        Coulomb::Sum if pair.kt > 0.0 => ((force - dash) / pair.kt, dash),
-        Coulomb::Sum => (trial, force),
+    let (spring, dash, force) = match kind {
+        Coulomb::SpringThenDashpot => (trial * part, Vec3::zeros(), force),
+        Coulomb::Spring => (trial * part, dash, force + dash),
+        Coulomb::Sum if pair.kt > 0.0 => ((force - dash) / pair.kt, dash, force),
+        Coulomb::Sum => (trial, force, force),
     };
     Cut { spring, dash, force, slips: true }
 }
@@ -380,13 +388,18 @@ mod tests {
     }
 
     fn laws() -> impl Strategy<Value = Law> {
-        let coulomb = prop_oneof![Just(Coulomb::Sum), Just(Coulomb::SpringThenDashpot)];
+        let coulomb = prop_oneof![
+            Just(Coulomb::Sum),
+            Just(Coulomb::Spring),
+            Just(Coulomb::SpringThenDashpot)
+        ];
         let history =
             prop_oneof![Just(History::Projected), Just(History::Rescaled), Just(History::Rotated)];
         (any::<bool>(), coulomb, history).prop_map(|(tension, coulomb, history)| Law {
             tension,
             coulomb,
             history,
+            arm: Arm::Half,
             plane_arm: Arm::Half,
         })
     }
@@ -404,7 +417,7 @@ mod tests {
             let mut book = Book::open(1, KEPT);
             let flat = Vec3::new(old.x, old.y, 0.0);
             book.restore(0, Record { spring: flat, normal: Vec3::z(), ..Record::default() });
-            let rule = Rule { law, advance: 1e-6, interval: 1e-6 };
+            let rule = Rule { law, advance: 1e-6, interval: 1e-6, bare_slip: false };
             let approach = Approach { normal, overlap, velocity, spins: Vec3::zeros() };
             let mut tally = Tally::default();
             let reply = respond::<true, true>(&rule, &pair, &approach, &mut book.view(), 0, &mut tally);
@@ -412,7 +425,7 @@ mod tests {
             let limit = friction * reply.normal.abs() * (1.0 + 1e-12);
             match law.coulomb {
                 Coulomb::Sum => prop_assert!(reply.tangent.norm() <= limit),
-                Coulomb::SpringThenDashpot => {
+                Coulomb::SpringThenDashpot | Coulomb::Spring => {
                     prop_assert!(pair.kt * book.spring[0].norm() <= limit);
                 }
             }
@@ -427,6 +440,7 @@ mod tests {
                 tension: false,
                 coulomb: Coulomb::Sum,
                 history: History::Rescaled,
+                arm: Arm::Half,
                 plane_arm: Arm::Half,
             };
             let normal = (Vec3::z() + tilt).normalize();
@@ -434,7 +448,7 @@ mod tests {
             let flat = Vec3::new(old.x, old.y, 0.0);
             prop_assume!(flat.norm() > 1e-8);
             book.restore(0, Record { spring: flat, ..Record::default() });
-            let rule = Rule { law, advance: 1e-6, interval: 1e-6 };
+            let rule = Rule { law, advance: 1e-6, interval: 1e-6, bare_slip: false };
             let approach = Approach { normal, overlap: 0.0, velocity: Vec3::zeros(), spins: Vec3::zeros() };
             let turned = carry(&rule, &approach, &mut book.view(), 0);
             prop_assert!((turned.norm() / flat.norm() - 1.0).abs() < 1e-12);
@@ -446,7 +460,7 @@ mod tests {
             law in laws(), velocity in vector(1.0), overlap in 0.0..1e-3f64,
         ) {
             let pair = Contact { kn: 1e4, kt: 7e3, cn: 2.0, ct: 1.0, friction: 0.4 };
-            let rule = Rule { law, advance: 1e-6, interval: 1e-6 };
+            let rule = Rule { law, advance: 1e-6, interval: 1e-6, bare_slip: false };
             let mut forces = [1.0, -1.0].map(|side| {
                 let mut book = Book::open(1, KEPT);
                 let approach = Approach {

@@ -79,6 +79,7 @@ pub fn sweep(setting: &Setting<'_>, state: &State) -> Sweep {
     // Path-averaged contacts keep springs half a step back, and may have ended within it.
     let averaged = setting.scheme == Scheme::PathAveraged;
     let half = if averaged { 0.5 * setting.step } else { 0.0 };
+    let share = setting.share;
     let spin = |slot: usize| state.spins.get(slot).copied().unwrap_or_default();
     let mut add = |law: &crate::model::Contact, overlap: f64, spring: Vec3, radius: f64| {
         let overlap = if averaged { overlap.max(0.0) } else { overlap };
@@ -94,10 +95,10 @@ pub fn sweep(setting: &Setting<'_>, state: &State) -> Sweep {
         let law = setting.pair(a.material, b.material);
         let mut spring = state.pairs.book.record(k).spring;
         if half > 0.0 && setting.needs.friction {
-            let turning =
-                spin(slot) * (a.radius - 0.5 * overlap) + spin(other) * (b.radius - 0.5 * overlap);
-            spring +=
-                slide(setting.way(a.place - b.place), a.velocity - b.velocity, turning) * half;
+            let turning = spin(slot) * (a.radius - share * overlap)
+                + spin(other) * (b.radius - share * overlap);
+            let between = setting.way(a.place - b.place);
+            spring += slide(between, a.velocity - b.velocity, turning) * half;
         }
         add(law, overlap, spring, a.radius.min(b.radius));
         between += 1;
@@ -111,7 +112,7 @@ pub fn sweep(setting: &Setting<'_>, state: &State) -> Sweep {
         let mut spring = state.planes.book.record(k).spring;
         if half > 0.0 && setting.needs.friction {
             let away = plane.normal * height;
-            let arm = ball.radius - overlap * if plane.full_arm { 1.0 } else { 0.5 };
+            let arm = ball.radius - overlap * plane.share;
             let velocity = ball.velocity - plane.motion.velocity(&(ball.place - away));
             spring += slide(away, velocity, spin(slot) * arm) * half;
         }
@@ -126,7 +127,7 @@ pub fn sweep(setting: &Setting<'_>, state: &State) -> Sweep {
         let law = setting.pair(ball.material, wall.material);
         let mut spring = state.faces.book.record(k).spring;
         if half > 0.0 && setting.needs.friction {
-            let arm = ball.radius - 0.5 * overlap;
+            let arm = ball.radius - share * overlap;
             let motion = &setting.walls[setting.surfaces.wall[face] as usize].motion;
             let velocity = ball.velocity - motion.velocity(&point);
             spring += slide(ball.place - point, velocity, spin(slot) * arm) * half;

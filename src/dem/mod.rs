@@ -1,14 +1,14 @@
 //! Our own discrete element method: soft spheres and rigid clumps (discs in two
 //! dimensions) with a linear spring–dashpot–slider, planes and triangle meshes.
 //!
-//! Three schemes share everything but the order of operations:
-//! `leapfrog` (ours), `liggghts` and `yade` (those codes to round-off). A fourth,
+//! Four schemes share everything but the order of operations:
+//! `leapfrog` (ours), `liggghts`, `lammps` and `yade` (those codes to round-off). A fifth,
 //! `path_averaged` (ours), averages forces over the path of each step and is of
 //! second order where contacts begin and end (see [`averaged`]), of first order while a
 //! contact slips in a turning direction.
 //!
 //! Which velocity stands where, with F_n evaluated at x_n and v_{n−1/2}:
-//! - `leapfrog`, `liggghts`: model velocities are v_0; frames hold x_n, v_n, ω_n.
+//! - `leapfrog`, `liggghts`, `lammps`: model velocities are v_0; frames hold x_n, v_n, ω_n.
 //!   The set-up pass sees v_0 and does not advance tangential springs.
 //! - `path_averaged`: frames hold x_n, v_n, ω_n and the mean forces over the step
 //!   before. Law: Coulomb limit on spring and dashpot, rescaled springs; with or without tension.
@@ -213,11 +213,60 @@ pub const METHODS: &[MethodEntry] = &[
         example: r#"plan.mutual_gravity = { method = { tree = { theta = 0.5 } } }"#,
     },
     MethodEntry {
+        key: "lammps",
+        id: "integrator",
+        summary: "LAMMPS nve/sphere, fix rigid and gran/hooke/history, to round-off",
+        source: "LAMMPS 29 Sep 2021",
+        example: r#"plan.scheme = "lammps""#,
+    },
+    MethodEntry {
         key: "linear",
-        id: "contact",
-        summary: "linear spring, dashpot and Coulomb limit with tangential history",
-        source: "Cundall & Strack 1979",
+        id: "D1, D2",
+        summary: "linear spring, dashpot and Coulomb limit with tangential history; dashpot exact for a restitution, walls with their own effective mass",
+        source: "Cundall & Strack 1979; restitution: Schwager & Poeschel 2007",
         example: r#"contact = { kn = "10 kN/m", restitution = 0.5, friction = 0.5 }"#,
+    },
+    MethodEntry {
+        key: "usual",
+        id: "D1",
+        summary: "law of the scheme: the seed's law with the normal force clipped at 0, or that of the code whose scheme it is",
+        source: "",
+        example: r#"plan.law = "usual""#,
+    },
+    MethodEntry {
+        key: "seed",
+        id: "D1",
+        summary: "the seed's law to the letter: the normal force may pull; spring and dashpot together are cut at mu |Fn|",
+        source: "Sajjadi & Khalili 2015",
+        example: r#"plan.law = "seed""#,
+    },
+    MethodEntry {
+        key: "liggghts",
+        id: "D1",
+        summary: "hooke/stiffness, limitForce on: spring cut, dashpot only in stick, spring projected, arms R - overlap/2",
+        source: "LIGGGHTS-PUBLIC 3.8.0",
+        example: r#"plan.law = "liggghts""#,
+    },
+    MethodEntry {
+        key: "yade",
+        id: "D1",
+        summary: "ViscElPhys: spring cut, dashpot only in stick, spring rotated, arms R - overlap/2, R - overlap at planes along axes",
+        source: "YADE 2023.02a",
+        example: r#"plan.law = "yade""#,
+    },
+    MethodEntry {
+        key: "lammps",
+        id: "D1",
+        summary: "gran/hooke/history, limit_damping: spring and dashpot cut, spring projected, arms R",
+        source: "LAMMPS 29 Sep 2021",
+        example: r#"plan.law = "lammps""#,
+    },
+    MethodEntry {
+        key: "variant",
+        id: "D1",
+        summary: "tension, Coulomb limit (sum, spring, stick), history (rescaled, projected, rotated) and arm (half, full, radius) one by one",
+        source: "",
+        example: r#"plan.law.variant = { coulomb = "spring", history = "projected", arm = "radius" }"#,
     },
 ];
 

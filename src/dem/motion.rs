@@ -1,7 +1,7 @@
 //! From one force pass to the next.
 //!
 //! With F_n the loads at x_n, evaluated with the velocities v_{n−1/2}:
-//! - `leapfrog`, `liggghts` (kick–drift–kick, Swope et al. 1982):
+//! - `leapfrog`, `liggghts`, `lammps` (kick–drift–kick, Swope et al. 1982):
 //!   v_n = v_{n−1/2} + Δt/2 F_n/m; v_{n+1/2} = v_n + Δt/2 F_n/m; x_{n+1} = x_n + Δt v_{n+1/2}.
 //! - `yade` (leapfrog): v_{n+1/2} = v_{n−1/2} + Δt F_n/m; x_{n+1} = x_n + Δt v_{n+1/2}.
 //!
@@ -111,7 +111,7 @@ fn drift_solid(setting: &Setting<'_>, state: &mut State, index: usize, scheme: S
     let solid = &mut state.solids[index];
     let inertia = &setting.model.bodies[solid.body as usize].inertia;
     solid.place += solid.velocity * setting.step;
-    if scheme == Scheme::Liggghts {
+    if scheme.is_richardson() {
         (solid.turn, solid.spin) =
             turn::richardson(&solid.turn, inertia, &solid.momentum, setting.step);
     } else {

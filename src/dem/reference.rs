@@ -188,7 +188,7 @@ impl<'a> Twin<'a> {
                 self.momenta[body] = momentum;
                 (self.states[body].orientation, self.states[body].spin) = (to, spin);
             }
-            Scheme::Liggghts => {
+            Scheme::Liggghts | Scheme::Lammps => {
                 self.momenta[body] += self.torque[body] * (0.5 * h);
                 let (to, spin) = turn::richardson(&from, &inertia, &self.momenta[body], h);
                 (self.states[body].orientation, self.states[body].spin) = (to, spin);
@@ -256,7 +256,7 @@ impl<'a> Twin<'a> {
     }
 
     fn spheres_at(&self, index: usize, grains: &[Grain], others: &mut Vec<Other>) {
-        let grain = &grains[index];
+        let (grain, share) = (&grains[index], self.setting.share);
         for (there, other) in grains.iter().enumerate().skip(index + 1) {
             let between = grain.place - other.place;
             let overlap = grain.radius + other.radius - between.norm();
@@ -267,7 +267,7 @@ impl<'a> Twin<'a> {
                 key: (index, 0, there),
                 normal: between.normalize(),
                 overlap,
-                arms: [grain.radius - 0.5 * overlap, other.radius - 0.5 * overlap],
+                arms: [grain.radius - share * overlap, other.radius - share * overlap],
                 velocity: other.velocity,
                 spin: other.spin,
                 body: Some(other.body),
@@ -284,16 +284,16 @@ impl<'a> Twin<'a> {
             if overlap < 0.0 && !self.averaged() {
                 continue;
             }
-            let part = if plane.full_arm { 1.0 } else { 0.5 };
             let normal = plane.normal * height.signum();
             let foot = grain.place - plane.normal * height;
-            let deep = self.model.plan.scheme == Scheme::Yade && !plane.full_arm;
-            let depth = if deep { 0.5 * overlap } else { 0.0 };
+            // YADE takes the velocity where the arm ends.
+            let deep = self.model.plan.scheme == Scheme::Yade;
+            let depth = if deep { (1.0 - plane.share) * overlap } else { 0.0 };
             others.push(Other {
                 key: (index, 1, number),
                 normal,
                 overlap,
-                arms: [grain.radius - part * overlap, 0.0],
+                arms: [grain.radius - plane.share * overlap, 0.0],
                 velocity: plane.motion.velocity(&(foot - normal * depth)),
                 spin: wall_spin(&plane.motion),
                 body: None,
@@ -325,13 +325,13 @@ impl<'a> Twin<'a> {
             }
             met.push(face as u32);
             let overlap = grain.radius - away.norm();
-            // YADE takes the velocity of facets at the middle of the overlap.
-            let depth = if self.model.plan.scheme == Scheme::Yade { 0.5 * overlap } else { 0.0 };
+            let deep = self.model.plan.scheme == Scheme::Yade;
+            let depth = if deep { (1.0 - self.setting.share) * overlap } else { 0.0 };
             others.push(Other {
                 key: (index, 2, face),
                 normal: away.normalize(),
                 overlap,
-                arms: [grain.radius - 0.5 * overlap, 0.0],
+                arms: [grain.radius - self.setting.share * overlap, 0.0],
                 velocity: wall.motion.velocity(&(point - away.normalize() * depth)),
                 spin: wall_spin(&wall.motion),
                 body: None,
@@ -394,16 +394,26 @@ impl<'a> Twin<'a> {
             stretch -= n * stretch.dot(&n);
         }
         let limit = pair.friction * normal.abs();
+        let lammps_starts = self.model.plan.scheme == Scheme::Lammps && self.steps == 0;
         let tangent = match law.coulomb {
             Coulomb::SpringThenDashpot if pair.kt * stretch.norm() > limit => {
                 stretch *= limit / (pair.kt * stretch.norm());
                 stretch * -pair.kt
             }
             Coulomb::SpringThenDashpot => stretch * -pair.kt - slide * pair.ct,
+            Coulomb::Spring => {
+                let size = pair.kt * stretch.norm();
+                if size > limit {
+                    stretch *= limit / size;
+                }
+                stretch * -pair.kt - slide * pair.ct
+            }
             Coulomb::Sum => {
                 let pull = stretch * pair.kt + slide * pair.ct;
                 let size = pull.norm();
-                if size > limit {
+                if size > limit && lammps_starts && stretch == Vec3::zeros() {
+                    Vec3::zeros()
+                } else if size > limit {
                     stretch = (pull * (limit / size) - slide * pair.ct) / pair.kt;
                     pull * (-limit / size)
                 } else {

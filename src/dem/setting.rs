@@ -3,9 +3,7 @@
 use super::law::Kept;
 use super::servo::{Servo, WallNow};
 use super::surface::Surfaces;
-use crate::model::{
-    Arm, Contact, Dimension, History, Law, Model, Motion, Needs, Scheme, WallShape,
-};
+use crate::model::{Contact, Dimension, History, Law, Model, Motion, Needs, Scheme, WallShape};
 use crate::num::{Rotation, Vec3};
 
 /// Fixed data of a run.
@@ -18,6 +16,8 @@ pub struct Setting<'a> {
     pub scheme: Scheme,
     /// Law variant.
     pub law: Law,
+    /// Part of the overlap that is taken from the radius to give the lever arm, but at axis-aligned planes.
+    pub share: f64,
     /// Two dimensions.
     pub planar: bool,
     /// Acceleration of gravity, within the plane in two dimensions, m/s².
@@ -51,8 +51,8 @@ pub struct PlaneNow {
     pub motion: Motion,
     /// Index into the materials.
     pub material: u16,
-    /// Whether spheres touch it with the full lever arm R − δ.
-    pub full_arm: bool,
+    /// Part of the overlap that is taken from the radius to give the lever arm.
+    pub share: f64,
 }
 
 impl<'a> Setting<'a> {
@@ -74,6 +74,7 @@ impl<'a> Setting<'a> {
             needs,
             scheme: plan.scheme,
             law: plan.law,
+            share: plan.law.arm.share(),
             planar: model.dimension == Dimension::Two,
             gravity: match model.dimension {
                 Dimension::Two => Vec3::new(model.gravity.x, model.gravity.y, 0.0),
@@ -173,7 +174,10 @@ impl<'a> Setting<'a> {
             normal: turned,
             motion: self.walls[number].motion,
             material: wall.material,
-            full_arm: self.law.plane_arm == Arm::Full && wall.shape.axis_plane().is_some(),
+            share: match wall.shape.axis_plane() {
+                Some(_) => self.law.plane_arm.share(),
+                None => self.share,
+            },
         }
     }
 

@@ -6,8 +6,8 @@ use super::*;
 use crate::model::*;
 use crate::num::Vec3;
 
-const SCHEMES: [Scheme; 4] =
-    [Scheme::Leapfrog, Scheme::Liggghts, Scheme::Yade, Scheme::PathAveraged];
+const SCHEMES: [Scheme; 5] =
+    [Scheme::Leapfrog, Scheme::Liggghts, Scheme::Yade, Scheme::Lammps, Scheme::PathAveraged];
 
 /// Largest difference of positions [radii] and velocities [m/s] between a run and its twin.
 fn against_twin(mut model: Model, steps: u64) -> f64 {
@@ -62,10 +62,11 @@ fn discs_follow_the_twin() {
 #[test]
 fn law_variants_follow_the_twin() {
     for tension in [true, false] {
-        for coulomb in [Coulomb::Sum, Coulomb::SpringThenDashpot] {
+        for coulomb in [Coulomb::Sum, Coulomb::Spring, Coulomb::SpringThenDashpot] {
             for history in [History::Projected, History::Rescaled, History::Rotated] {
                 let mut model = mixed(Scheme::Leapfrog, Dimension::Three, false, true, 4);
-                model.plan.law = Law { tension, coulomb, history, plane_arm: Arm::Full };
+                let arm = if tension { Arm::Radius } else { Arm::Full };
+                model.plan.law = Law { tension, coulomb, history, arm, plane_arm: Arm::Full };
                 let difference = against_twin(model, 150);
                 assert!(difference < 1e-12, "{tension} {coulomb:?} {history:?} {difference}");
             }
@@ -75,9 +76,9 @@ fn law_variants_follow_the_twin() {
 
 #[test]
 fn path_averaged_tension_follows_the_twin() {
-    for arm in [Arm::Full, Arm::Half] {
+    for arm in [Arm::Full, Arm::Half, Arm::Radius] {
         let mut model = mixed(Scheme::PathAveraged, Dimension::Three, true, false, 4);
-        (model.plan.law.tension, model.plan.law.plane_arm) = (true, arm);
+        model.plan.law = Law { tension: true, arm, plane_arm: arm, ..model.plan.law };
         let difference = against_twin(model, 150);
         assert!(difference < 1e-12, "{arm:?} {difference}");
     }

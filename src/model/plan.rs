@@ -14,6 +14,8 @@ pub enum Scheme {
     Liggghts,
     /// YADE 2023.02a `NewtonIntegrator` to round-off; velocities lag half a step.
     Yade,
+    /// LAMMPS `nve/sphere` and `fix rigid` with `gran/hooke/history`, to round-off.
+    Lammps,
     /// Ours: drift-kick-drift with forces averaged over the path of a step and
     /// pair-implicit dashpots; second order where contacts begin and end.
     PathAveraged,
@@ -26,6 +28,7 @@ impl Scheme {
             Self::Leapfrog => "leapfrog",
             Self::Liggghts => "liggghts",
             Self::Yade => "yade",
+            Self::Lammps => "lammps",
             Self::PathAveraged => "path_averaged",
         }
     }
@@ -37,22 +40,49 @@ impl Scheme {
                 tension: false,
                 coulomb: Coulomb::Sum,
                 history: History::Rescaled,
+                arm: Arm::Half,
                 plane_arm: Arm::Half,
             },
             Self::Liggghts => Law {
                 tension: false,
                 coulomb: Coulomb::SpringThenDashpot,
                 history: History::Projected,
+                arm: Arm::Half,
                 plane_arm: Arm::Half,
             },
             Self::Yade => Law {
                 tension: false,
                 coulomb: Coulomb::SpringThenDashpot,
                 history: History::Rotated,
+                arm: Arm::Half,
                 plane_arm: Arm::Full,
+            },
+            Self::Lammps => Law {
+                tension: false,
+                coulomb: Coulomb::Sum,
+                history: History::Projected,
+                arm: Arm::Radius,
+                plane_arm: Arm::Radius,
             },
         }
     }
+
+    /// True for schemes whose clumps turn by the Richardson-corrected step of `fix rigid`.
+    pub fn is_richardson(self) -> bool {
+        matches!(self, Self::Liggghts | Self::Lammps)
+    }
+}
+
+impl Law {
+    /// The seed's law to the letter: the normal force may pull, spring and dashpot
+    /// together are cut at μ|Fn|.
+    pub const SEED: Self = Self {
+        tension: true,
+        coulomb: Coulomb::Sum,
+        history: History::Rescaled,
+        arm: Arm::Half,
+        plane_arm: Arm::Half,
+    };
 }
 
 /// The points in which "linear spring-dashpot with a Coulomb limit" differs between codes.
@@ -65,24 +95,31 @@ pub struct Law {
     pub coulomb: Coulomb,
     /// How the tangential spring follows the turning contact plane.
     pub history: History,
-    /// Lever arm at axis-aligned plane walls; R − δ/2 everywhere else.
+    /// Lever arm of contacts but those at axis-aligned plane walls.
+    pub arm: Arm,
+    /// Lever arm at axis-aligned plane walls.
     pub plane_arm: Arm,
 }
 
 /// What the Coulomb limit cuts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Coulomb {
-    /// |kt ξ + ct vt| ≤ μ Fn: the seed's law.
+    /// |kt ξ + ct vt| ≤ μ|Fn|: the seed's law, LAMMPS `gran/hooke/history`.
     Sum,
-    /// |kt ξ| ≤ μ Fn; the dashpot acts on top while sticking and is off while slipping
+    /// |kt ξ| ≤ μ|Fn|; the dashpot acts on top of it, while slipping too.
+    Spring,
+    /// |kt ξ| ≤ μ|Fn|; the dashpot acts on top while sticking and is off while slipping
     /// (LIGGGHTS `hooke/stiffness`, YADE ViscEl).
+    #[serde(rename = "stick")]
     SpringThenDashpot,
 }
 
 /// How the tangential spring follows the turning contact plane.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum History {
-    /// Increment, then projected on the contact plane (LIGGGHTS).
+    /// Increment, then projected on the contact plane (LIGGGHTS, LAMMPS).
     Projected,
     /// Projected on the new plane and rescaled to its old length, then the increment.
     Rescaled,
@@ -91,12 +128,27 @@ pub enum History {
 }
 
 /// Lever arm of a contact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Arm {
+    /// R (LAMMPS). The arms of a pair add up to more than the distance of the centres, so
+    /// angular momentum is not conserved.
+    Radius,
     /// R − δ/2.
     Half,
     /// R − δ (YADE `wall`).
     Full,
+}
+
+impl Arm {
+    /// Part of the overlap that is taken from the radius.
+    pub fn share(self) -> f64 {
+        match self {
+            Self::Radius => 0.0,
+            Self::Half => 0.5,
+            Self::Full => 1.0,
+        }
+    }
 }
 
 /// Step, duration and what is recorded.

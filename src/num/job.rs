@@ -49,6 +49,11 @@ impl Job {
         Self { threads: threads.max(1), ..self.clone() }
     }
 
+    /// The same surroundings on `threads` threads, whose progress nobody looks at: for one of many at once.
+    pub fn silent(&self, threads: usize) -> Self {
+        Self { progress: Arc::new(Silent), ..self.with_threads(threads) }
+    }
+
     /// Says that `done` of `total` units of `what` are finished.
     pub fn report(&self, what: &str, done: u64, total: u64) {
         self.progress.report(what, done, total);

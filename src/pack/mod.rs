@@ -6,23 +6,41 @@
 pub mod apollonian;
 pub mod array;
 mod dress;
+pub mod drop_and_roll;
+pub mod explosive_repulsion;
 pub mod file;
+pub mod force_biased;
+pub mod grading;
 pub mod growing;
 pub mod measure;
+pub mod moving_boundary;
 mod occupied;
+pub mod pairs;
 pub mod placed;
+pub mod radius_expansion;
 pub mod random;
 pub mod random_apollonian;
+pub mod rods;
 #[cfg(test)]
 mod samples;
+pub mod saturation;
+pub mod scatter;
+pub mod soft;
 pub mod space;
+mod target;
 pub mod touch_and_stop;
 
 pub use apollonian::Apollonian;
 pub use array::Array;
+pub use drop_and_roll::DropAndRoll;
+pub use explosive_repulsion::ExplosiveRepulsion;
+pub use force_biased::ForceBiased;
+pub use grading::Grading;
 pub use growing::{PackingLimitedGrowth, SimultaneousGrowth};
 pub use measure::{Contacts, contacts_of};
+pub use moving_boundary::MovingBoundary;
 pub use placed::Placed;
+pub use radius_expansion::RadiusExpansion;
 pub use random::Random;
 pub use random_apollonian::RandomApollonian;
 
@@ -65,6 +83,16 @@ pub enum Method {
     SimultaneousGrowth(SimultaneousGrowth),
     /// Seeds that come one after another and grow at speeds of their own until they touch.
     PackingLimitedGrowth(PackingLimitedGrowth),
+    /// Grains that fall one by one and roll to rest.
+    DropAndRoll(DropAndRoll),
+    /// Grains that grow from small ones to the target porosity.
+    RadiusExpansion(RadiusExpansion),
+    /// Overlapping grains at random places that push each other apart.
+    ExplosiveRepulsion(ExplosiveRepulsion),
+    /// Walls that move in until they are those of the container.
+    MovingBoundary(MovingBoundary),
+    /// The densest random packing of grains of given proportions.
+    ForceBiased(ForceBiased),
     /// Where the user says.
     Placed(Placed),
 }
@@ -114,6 +142,41 @@ pub const METHODS: &[MethodEntry] = &[
         example: r#"packing.packing_limited_growth = { slowest = 0.1 }"#,
     },
     MethodEntry {
+        key: "drop_and_roll",
+        id: "P2",
+        summary: "grains fall one by one and roll down to rest in a hollow, or stick where they touch first with a probability",
+        source: "Visscher & Bolsterli 1972; Jodrey & Tory 1979",
+        example: r#"packing.drop_and_roll = { sticking = 0 }"#,
+    },
+    MethodEntry {
+        key: "radius_expansion",
+        id: "P10",
+        summary: "grains without overlap grow in stages to a target porosity, at rest after each",
+        source: "PFC, GENERATE (Itasca); FIRE: Bitzek et al. 2006",
+        example: r#"packing.radius_expansion = { porosity = 0.45 }"#,
+    },
+    MethodEntry {
+        key: "explosive_repulsion",
+        id: "P11",
+        summary: "grains of final size at random overlapping places push each other apart, velocities set to zero every few steps",
+        source: "PFC (Itasca), calm; FIRE: Bitzek et al. 2006",
+        example: r#"packing.explosive_repulsion = { porosity = 0.45 }"#,
+    },
+    MethodEntry {
+        key: "moving_boundary",
+        id: "P12",
+        summary: "grains without overlap in a larger box whose walls move in; says what this costs and how uneven it is",
+        source: "PFC (Itasca); FIRE: Bitzek et al. 2006",
+        example: r#"packing.moving_boundary = { porosity = 0.45, sides = ["top"] }"#,
+    },
+    MethodEntry {
+        key: "force_biased",
+        id: "",
+        summary: "overlapping grains move apart while they shrink: dense random packings of any sizes",
+        source: "Mościński et al. 1989; Jodrey & Tory 1985",
+        example: r#"packing.force_biased = { sizes = "densest" }"#,
+    },
+    MethodEntry {
         key: "placed",
         id: "",
         summary: "bodies one by one at places, angles and speeds of your own",
@@ -156,6 +219,11 @@ impl Method {
             Self::RandomApollonian(_) => "random_apollonian",
             Self::SimultaneousGrowth(_) => "simultaneous_growth",
             Self::PackingLimitedGrowth(_) => "packing_limited_growth",
+            Self::DropAndRoll(_) => "drop_and_roll",
+            Self::RadiusExpansion(_) => "radius_expansion",
+            Self::ExplosiveRepulsion(_) => "explosive_repulsion",
+            Self::MovingBoundary(_) => "moving_boundary",
+            Self::ForceBiased(_) => "force_biased",
             Self::Placed(_) => "placed",
         }
     }
@@ -169,6 +237,11 @@ impl Method {
             Self::RandomApollonian(parameters) => parameters.validate(),
             Self::SimultaneousGrowth(parameters) => parameters.validate(),
             Self::PackingLimitedGrowth(parameters) => parameters.validate(),
+            Self::DropAndRoll(parameters) => parameters.validate(),
+            Self::RadiusExpansion(parameters) => parameters.validate(),
+            Self::ExplosiveRepulsion(parameters) => parameters.validate(),
+            Self::MovingBoundary(parameters) => parameters.validate(),
+            Self::ForceBiased(parameters) => parameters.validate(),
             Self::Placed(parameters) => parameters.validate(),
         }
         .map_err(|fault| fault.under(self.key()))
@@ -222,6 +295,11 @@ pub fn pack(
         Method::RandomApollonian(parameters) => parameters.lay(grains, region, seed, job),
         Method::SimultaneousGrowth(parameters) => parameters.lay(grains, region, seed, job),
         Method::PackingLimitedGrowth(parameters) => parameters.lay(grains, region, seed, job),
+        Method::DropAndRoll(parameters) => parameters.lay(grains, region, seed, job),
+        Method::RadiusExpansion(parameters) => parameters.lay(grains, region, seed, job),
+        Method::ExplosiveRepulsion(parameters) => parameters.lay(grains, region, seed, job),
+        Method::MovingBoundary(parameters) => parameters.lay(grains, region, seed, job),
+        Method::ForceBiased(parameters) => parameters.lay(grains, region, seed, job),
         Method::Placed(parameters) => parameters.lay(grains, families, region),
     }?;
     laid.placements.sort_by_key(|placement| placement.grain);

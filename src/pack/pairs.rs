@@ -47,7 +47,14 @@ struct Level {
 impl Pairs {
     /// Finds all pairs nearer than `stretch · (r_i + r_j) + skin` m, centre to centre.
     /// Centres must lie in the box of a space that repeats.
-    pub fn find(&mut self, space: &Space, centres: &[Vec3], radii: &[f64], stretch: f64, skin: f64) {
+    pub fn find(
+        &mut self,
+        space: &Space,
+        centres: &[Vec3],
+        radii: &[f64],
+        stretch: f64,
+        skin: f64,
+    ) {
         self.list.clear();
         let size = space.bounds.size();
         self.shifts.clear();
@@ -55,7 +62,11 @@ impl Pairs {
             let step = |axis: usize, digit: i32| {
                 if space.periodic[axis] { f64::from(digit - 1) * size[axis] } else { 0.0 }
             };
-            self.shifts.push(Vec3::new(step(0, code / 9), step(1, code / 3 % 3), step(2, code % 3)));
+            self.shifts.push(Vec3::new(
+                step(0, code / 9),
+                step(1, code / 3 % 3),
+                step(2, code % 3),
+            ));
         }
         self.sort_into_levels(radii);
         for level in &mut self.levels {
@@ -180,7 +191,8 @@ impl Level {
         let even = (volume / (2.0 * self.members.len().max(1) as f64)).powf(1.0 / axes as f64);
         let edge = wanted.max(even);
         for axis in 0..3 {
-            let fits = if axis < axes { (size[axis] / edge).floor().clamp(1.0, 4096.0) } else { 1.0 };
+            let fits =
+                if axis < axes { (size[axis] / edge).floor().clamp(1.0, 4096.0) } else { 1.0 };
             self.count[axis] = fits as usize;
             self.edge[axis] = if axis < axes { size[axis] / fits } else { f64::MAX };
         }

@@ -21,13 +21,13 @@ pub struct Space<'a> {
 }
 
 impl<'a> Space<'a> {
-    /// The inside of a region.
+    /// The inside of a region. A box keeps its bounds only, which may then be moved.
     pub fn of(region: &'a Region) -> Self {
         Self {
             dimension: region.dimension(),
             bounds: region.bounds(),
             periodic: [false; 3],
-            region: Some(region),
+            region: (!matches!(region, Region::Box(_))).then_some(region),
         }
     }
 
@@ -41,7 +41,7 @@ impl<'a> Space<'a> {
         Self { dimension, bounds: Bounds { low, high }, periodic, region: None }
     }
 
-    /// The region, where there is one.
+    /// The region, where it is not a box.
     pub fn region(&self) -> Option<&'a Region> {
         self.region
     }
@@ -56,7 +56,13 @@ impl<'a> Space<'a> {
 
     /// Distance to the nearest wall, m, negative outside; infinite where nothing but repeating sides is.
     pub fn clearance(&self, point: &Vec3) -> f64 {
-        self.region.map_or(f64::INFINITY, |region| region.clearance(point))
+        if let Some(region) = self.region {
+            return region.clearance(point);
+        }
+        let walls = (0..self.dimension).filter(|&axis| !self.periodic[axis]);
+        walls.fold(f64::INFINITY, |least, axis| {
+            least.min(point[axis] - self.bounds.low[axis]).min(self.bounds.high[axis] - point[axis])
+        })
     }
 
     /// Unit vector along which the clearance grows fastest, by central differences of `step` m.

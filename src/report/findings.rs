@@ -83,7 +83,7 @@ impl Cell {
     /// With all digits, for CSV.
     fn exact(&self) -> String {
         match self {
-            Self::Number(value) if value.is_finite() => format!("{value:e}"),
+            Self::Number(value) if value.is_finite() => format!("{value:?}"),
             Self::Number(_) => String::new(),
             Self::Count(value) => value.to_string(),
             Self::Text(text) if text.contains([',', '"', '\n']) => {
@@ -275,7 +275,7 @@ mod tests {
         let files = found.write(&target, "riprap study contact").expect("writable");
         assert_eq!(files.len(), 4);
         let csv = std::fs::read_to_string(target.join("errors.csv")).expect("written");
-        assert_eq!(csv, "method,\"error, relative\",steps\n\"a, b\",3.333333333333333e-1,7\n");
+        assert_eq!(csv, "method,\"error, relative\",steps\n\"a, b\",0.3333333333333333,7\n");
         let html = std::fs::read_to_string(target.join("index.html")).expect("written");
         assert_balanced(&html);
         assert!(html.contains("error &lt;of&gt; it") && html.contains("0.3333"));

@@ -70,8 +70,6 @@ pub fn build(
         .collect();
     let gravity = gravity(scene);
     let domain = domain(scene, region, &walls, &bodies, &spheres, &gravity);
-    let mut law = scene.plan.scheme.law();
-    law.tension = scene.plan.tension;
     let plan = Plan {
         step: 0.0,
         reason: StepReason::Given,
@@ -80,7 +78,7 @@ pub fn build(
         series_every: 1,
         checkpoint_every: 0,
         scheme: scene.plan.scheme,
-        law,
+        law: scene.plan.law(),
         insist: scene.plan.insist,
     };
     let mut model = Model {

@@ -2,6 +2,7 @@
 
 use super::Scene;
 use crate::num::Fault;
+use serde::de::DeserializeOwned;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
@@ -43,17 +44,7 @@ impl Loaded {
     /// # Errors
     /// [`SceneError::Unreadable`], or [`SceneError::Wrong`] with every fault found.
     pub fn read(path: &Path) -> Result<Self, SceneError> {
-        let bytes = std::fs::read(path)
-            .map_err(|source| SceneError::Unreadable { path: path.to_owned(), source })?;
-        let text = String::from_utf8(bytes).map_err(|error| {
-            let message = format!(
-                "{}: is not UTF-8 text at byte {}",
-                path.display(),
-                error.utf8_error().valid_up_to()
-            );
-            SceneError::Wrong { messages: vec![message] }
-        })?;
-        Self::parse(path, text)
+        Self::parse(path, read_text(path)?)
     }
 
     /// Validates a scene given as text; `path` is for messages and relative file names.
@@ -61,11 +52,7 @@ impl Loaded {
     /// # Errors
     /// [`SceneError::Wrong`] with every fault found.
     pub fn parse(path: &Path, text: String) -> Result<Self, SceneError> {
-        let scene: Scene = toml::from_str(&text).map_err(|error| {
-            let place = error.span().unwrap_or(0..0);
-            let message = with_suggestion(error.message());
-            SceneError::Wrong { messages: vec![pointed(path, &text, &place, &message)] }
-        })?;
+        let scene: Scene = deserialize(path, &text)?;
         let loaded = Self { scene, path: path.to_owned(), text };
         match loaded.scene.faults() {
             faults if faults.is_empty() => Ok(loaded),
@@ -75,24 +62,46 @@ impl Loaded {
 
     /// An error that points at the places of `faults` in the file.
     pub fn wrong(&self, faults: &[Fault]) -> SceneError {
-        let messages = faults
-            .iter()
-            .map(|fault| {
-                pointed(
-                    &self.path,
-                    &self.text,
-                    &place_of(&self.text, &fault.key),
-                    &fault.to_string(),
-                )
-            })
-            .collect();
-        SceneError::Wrong { messages }
+        wrong(&self.path, &self.text, faults)
     }
 
     /// The folder that relative file names in the scene start from.
     pub fn base(&self) -> &Path {
         self.path.parent().unwrap_or(Path::new("."))
     }
+}
+
+/// The text of a TOML file.
+///
+/// # Errors
+/// A file that cannot be read or is no text.
+pub fn read_text(path: &Path) -> Result<String, SceneError> {
+    let bytes = std::fs::read(path)
+        .map_err(|source| SceneError::Unreadable { path: path.to_owned(), source })?;
+    String::from_utf8(bytes).map_err(|error| {
+        let place = error.utf8_error().valid_up_to();
+        let message = format!("{}: is not UTF-8 text at byte {place}", path.display());
+        SceneError::Wrong { messages: vec![message] }
+    })
+}
+
+/// Parameters from the TOML `text` of the file `path`.
+///
+/// # Errors
+/// [`SceneError::Wrong`] that points at the place in the file.
+pub fn deserialize<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, SceneError> {
+    toml::from_str(text).map_err(|error| {
+        let place = error.span().unwrap_or(0..0);
+        let message = with_suggestion(error.message());
+        SceneError::Wrong { messages: vec![pointed(path, text, &place, &message)] }
+    })
+}
+
+/// An error that points at the places of `faults` in the `text` of the file `path`.
+pub fn wrong(path: &Path, text: &str, faults: &[Fault]) -> SceneError {
+    let message =
+        |fault: &Fault| pointed(path, text, &place_of(text, &fault.key), &fault.to_string());
+    SceneError::Wrong { messages: faults.iter().map(message).collect() }
 }
 
 /// Adds "did you mean" to serde's "unknown field/variant" messages.

@@ -34,7 +34,7 @@ pub struct Grain {
 
 /// Number of distinct grains of a family.
 fn distinct(family: &Family, base: &Path) -> u32 {
-    let natural = match (&family.shape, family.size) {
+    let natural = match (&family.shape, &family.size) {
         (Shape::Sphere, Some(Size::Fixed(_))) => 1,
         // Files that cannot be listed are reported when the shapes are read.
         (Shape::Files(files), Some(Size::Fixed(_)) | None) => {
@@ -46,12 +46,30 @@ fn distinct(family: &Family, base: &Path) -> u32 {
 }
 
 /// Distinct grains of a scene in order, each with its size drawn.
-pub fn draws(loaded: &Loaded) -> Vec<Draw> {
+///
+/// # Errors
+/// A fault under the family's `size` if its sieve file cannot be used.
+pub fn draws(loaded: &Loaded) -> Result<Vec<Draw>, Fault> {
     let scene = &loaded.scene;
     let mut draws = Vec::new();
     for (number, family) in scene.grains.iter().enumerate() {
-        for index in 0..distinct(family, loaded.base()) {
-            let size = family.size.map(|size| match size {
+        let count = distinct(family, loaded.base());
+        let graded = match &family.size {
+            Some(Size::Graded(grading)) => grading
+                .sizes(
+                    count as usize,
+                    scene.dimension as usize,
+                    loaded.base(),
+                    scene.seed,
+                    &format!("size {}", family.name),
+                )
+                .map_err(|fault| fault.under(format!("grains[{number}].size")))?,
+            _ => Vec::new(),
+        };
+        for index in 0..count {
+            let size = family.size.as_ref().map(|size| match size {
+                // One size was drawn for each.
+                Size::Graded(_) => graded[index as usize],
                 Size::Fixed(length) => length.0,
                 Size::Uniform(limits) => {
                     let mut source =
@@ -63,7 +81,7 @@ pub fn draws(loaded: &Loaded) -> Vec<Draw> {
             draws.push(Draw { family: number as u16, index, name, size });
         }
     }
-    draws
+    Ok(draws)
 }
 
 /// For every single grain of the scene, family by family, the index of its draw.

@@ -121,8 +121,8 @@ pub fn contacts(
                 (None, None) => (shared.unwrap_or(Side::WALL), Side::WALL),
                 (first, second) => (first.unwrap_or(Side::WALL), second.unwrap_or(Side::WALL)),
             };
-            let facts =
-                pair(parameters, first, second, scene.plan.tension).map_err(|f| f.under(&key))?;
+            let facts = pair(parameters, first, second, scene.plan.law().tension)
+                .map_err(|f| f.under(&key))?;
             table.set(a as u16, b as u16, facts.contact);
             let touching_walls =
                 wall_materials.iter().any(|w| [a, b].contains(&(of_walls[*w as usize] as usize)));

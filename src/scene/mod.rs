@@ -5,6 +5,7 @@
 pub mod build;
 pub mod comparing;
 pub mod file;
+pub mod grading;
 pub mod grains;
 pub mod materials;
 pub mod measuring;

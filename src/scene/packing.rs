@@ -1,5 +1,6 @@
 //! The stage that places grains: `packing.csv`, `packing.json`, `packing.vtp`.
 
+use super::grading::Curves;
 use super::grains::Grain;
 use super::road::{Grains, Packed, Road, RoadError};
 use super::store::key;
@@ -9,6 +10,7 @@ use crate::num::Fault;
 use crate::pack::{self, PackError, Packing};
 use serde_json::json;
 use std::collections::BTreeMap;
+use std::io::Write;
 
 impl Road {
     /// The packing, in `packing.csv`.
@@ -73,6 +75,14 @@ impl Road {
             let summary = Packing { placements: Vec::new(), ..packing.clone() };
             Ok(serde_json::to_writer_pretty(out, &summary)?)
         })?;
+        if let Some(curves) = Curves::of(&self.loaded, &packing, &list) {
+            self.store.write(&mut running, "grading.csv", |out| curves.csv(out))?;
+            if let Some(svg) = curves.chart().svg() {
+                self.store
+                    .write(&mut running, "grading.svg", |out| out.write_all(svg.as_bytes()))?;
+            }
+            self.job.finished(&curves.summary());
+        }
         running.count("placed", packing.placements.len());
         running.count("dropped", packing.dropped.len());
         let made = format!("packed {} grains", packing.placements.len());

@@ -151,7 +151,7 @@ impl Road {
     /// # Errors
     /// A shape that cannot be made; a folder that cannot be written.
     pub fn solids(&mut self) -> Result<Shapes, RoadError> {
-        let draws = grains::draws(&self.loaded);
+        let draws = grains::draws(&self.loaded).map_err(|fault| self.wrong(fault))?;
         let families = self.parameters(&|scene| {
             let part = |f: &super::parameters::Family| {
                 json!([f.name, f.count, f.size, f.shape, f.distinct])

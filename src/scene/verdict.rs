@@ -106,7 +106,7 @@ fn sample(loaded: &Loaded, job: &Job) -> Result<(Built, f64), Fault> {
     let room = Room::of(loaded)?;
     let mut samples: Vec<Grain> = Vec::new();
     let mut spheres = 0.0;
-    let draws = grains::draws(loaded);
+    let draws = grains::draws(loaded)?;
     for (number, family) in loaded.scene.grains.iter().enumerate() {
         let first = samples.len();
         let plain = matches!(family.shape, crate::shape::Shape::Sphere);

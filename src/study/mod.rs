@@ -5,6 +5,7 @@
 
 mod contact;
 mod models;
+mod packing;
 mod tree;
 
 use crate::num::Job;
@@ -51,6 +52,11 @@ pub const STUDIES: &[Study] = &[
         key: "tree",
         summary: "gravity between bodies: error of the tree code over θ and CPU time, n log n cost",
         run: tree::study,
+    },
+    Study {
+        key: "packing",
+        summary: "density, dimension and coordination of each packing method against references, over CPU time and number",
+        run: packing::study,
     },
 ];
 

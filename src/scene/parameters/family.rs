@@ -4,6 +4,7 @@ use super::validate_name;
 use crate::clump;
 use crate::num::Fault;
 use crate::num::units::Length;
+use crate::pack::grading::{self, Grading};
 use crate::shape;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::MapAccessDeserializer;
@@ -20,8 +21,9 @@ pub struct Family {
     pub name: String,
     /// Number of grains, at least 1.
     pub count: u32,
-    /// Equivalent-volume diameter (diameter for spheres and discs): a length, or
-    /// `{ min = …, max = … }` for uniform. Left out: shapes keep their own size.
+    /// Equivalent-volume diameter (diameter for spheres and discs): a length,
+    /// `{ min = …, max = … }` for uniform, or a grading (`gaussian`, `lognormal`, `weibull`,
+    /// `fuller`, `rosin_rammler`, `sieve`). Left out: shapes keep their own size.
     #[serde(default)]
     pub size: Option<Size>,
     /// True shape.
@@ -42,13 +44,54 @@ pub struct Family {
 }
 
 /// Size of grains.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Size {
     /// All alike.
     Fixed(Length),
     /// Uniform between two limits.
     Uniform(UniformSize),
+    /// Another distribution.
+    Graded(Grading),
+}
+
+/// What a table of sizes may hold; exactly one kind.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct SizeTable {
+    min: Option<Length>,
+    max: Option<Length>,
+    gaussian: Option<grading::Gaussian>,
+    lognormal: Option<grading::Lognormal>,
+    weibull: Option<grading::Weibull>,
+    fuller: Option<grading::Fuller>,
+    rosin_rammler: Option<grading::RosinRammler>,
+    sieve: Option<grading::Sieve>,
+}
+
+impl SizeTable {
+    fn size<E: de::Error>(self) -> Result<Size, E> {
+        let uniform = match (self.min, self.max) {
+            (Some(min), Some(max)) => Some(Size::Uniform(UniformSize { min, max })),
+            (Some(_), None) => return Err(E::missing_field("max")),
+            (None, Some(_)) => return Err(E::missing_field("min")),
+            (None, None) => None,
+        };
+        let graded = [
+            self.gaussian.map(Grading::Gaussian),
+            self.lognormal.map(Grading::Lognormal),
+            self.weibull.map(Grading::Weibull),
+            self.fuller.map(Grading::Fuller),
+            self.rosin_rammler.map(Grading::RosinRammler),
+            self.sieve.map(Grading::Sieve),
+        ];
+        let mut found = graded.into_iter().flatten().map(Size::Graded).chain(uniform);
+        match (found.next(), found.next()) {
+            (Some(size), None) => Ok(size),
+            (None, _) => Err(E::missing_field("min")),
+            (Some(_), Some(_)) => Err(E::custom("two kinds of sizes in one table")),
+        }
+    }
 }
 
 /// Limits of a uniform size.
@@ -67,7 +110,9 @@ impl<'de> Deserialize<'de> for Size {
         impl<'de> Visitor<'de> for SizeVisitor {
             type Value = Size;
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a length such as \"8 mm\", or { min = \"6 mm\", max = \"10 mm\" }")
+                f.write_str(
+                    "a length such as \"8 mm\", { min = \"6 mm\", max = \"10 mm\" }, or a grading",
+                )
             }
             fn visit_str<E: de::Error>(self, text: &str) -> Result<Size, E> {
                 Length::parse(text).map(Size::Fixed).map_err(E::custom)
@@ -82,7 +127,7 @@ impl<'de> Deserialize<'de> for Size {
                 Ok(Size::Fixed(Length(value as f64)))
             }
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Size, A::Error> {
-                UniformSize::deserialize(MapAccessDeserializer::new(map)).map(Size::Uniform)
+                SizeTable::deserialize(MapAccessDeserializer::new(map))?.size()
             }
         }
         deserializer.deserialize_any(SizeVisitor)
@@ -96,7 +141,8 @@ impl JsonSchema for Size {
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let (length, uniform) =
             (generator.subschema_for::<Length>(), generator.subschema_for::<UniformSize>());
-        json_schema!({ "anyOf": [length, uniform] })
+        let graded = generator.subschema_for::<Grading>();
+        json_schema!({ "anyOf": [length, uniform, graded] })
     }
 }
 
@@ -109,7 +155,8 @@ impl Family {
         if self.distinct == Some(0) {
             return Err(Fault::new("distinct", "is 0", "at least 1, or left out"));
         }
-        match self.size {
+        match &self.size {
+            Some(Size::Graded(grading)) => grading.validate().map_err(|f| f.under("size"))?,
             Some(Size::Fixed(size)) => Fault::positive("size", size.0)?,
             Some(Size::Uniform(UniformSize { min, max })) => {
                 Fault::positive("size.min", min.0)?;

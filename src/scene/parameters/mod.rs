@@ -3,12 +3,14 @@
 
 mod contact;
 mod family;
+mod law;
 mod output;
 mod plan;
 mod walls;
 
 pub use contact::{ContactParameters, MaterialParameters, PairParameters};
 pub use family::{Family, Size, UniformSize};
+pub use law::{LawParameters, VariantParameters};
 pub use output::{CompareParameters, OutputParameters, Start};
 pub use plan::{PlanParameters, StepParameter};
 pub use walls::{ContainerParameters, MotionParameters, WallParameters, WallShapeParameters};

@@ -1,6 +1,7 @@
 //! Step, duration, gravity, damping, scheme.
 
-use crate::model::{MutualGravity, Scheme};
+use super::LawParameters;
+use crate::model::{Law, MutualGravity, Scheme};
 use crate::num::Fault;
 use crate::num::units::{Acceleration, Time};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -30,7 +31,11 @@ pub struct PlanParameters {
     /// Scheme of riprap's own DEM. Default `leapfrog`.
     #[serde(default = "leapfrog")]
     pub scheme: Scheme,
-    /// True: the normal force may pull (the law to the letter). Default false: clipped at 0.
+    /// Variant of the contact law of riprap's own DEM: "usual" (default), "seed" (to the letter),
+    /// "liggghts", "yade", "lammps", or a table `law.variant`.
+    #[serde(default)]
+    pub law: LawParameters,
+    /// True: the normal force may pull, whatever the variant. Default false: as the variant says.
     #[serde(default)]
     pub tension: bool,
     /// True: use the given step even if it is above the stability limit. Default false.
@@ -102,6 +107,12 @@ impl JsonSchema for StepParameter {
 }
 
 impl PlanParameters {
+    /// The contact law that riprap's own DEM computes.
+    pub fn law(&self) -> Law {
+        let law = self.law.law(self.scheme);
+        Law { tension: law.tension || self.tension, ..law }
+    }
+
     pub(super) fn validate(&self, dimension: u8) -> Result<(), Fault> {
         Fault::positive("duration", self.duration.0)?;
         if let StepParameter::Given(step) = self.step {
@@ -127,6 +138,6 @@ impl PlanParameters {
             let allowed = "0 up to but not including 1";
             return Err(Fault::new("local_damping", format!("is {}", self.local_damping), allowed));
         }
-        Ok(())
+        self.law.validate(self.scheme)
     }
 }

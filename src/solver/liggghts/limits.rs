@@ -1,7 +1,7 @@
 //! What LIGGGHTS 3.8.0 cannot express or does in its own way.
 
 use crate::geometry::Mesh;
-use crate::model::{Coulomb, History, Model, Motion, Scheme, WallShape};
+use crate::model::{Arm, Coulomb, History, Model, Motion, WallShape};
 use crate::solver::mesh_check::{MeshFacts, inspect};
 use crate::solver::{Limit, finite};
 
@@ -43,7 +43,8 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
             "local (non-viscous) damping: LIGGGHTS has none; a deck without it would run another model",
         ));
     }
-    if needs.friction && needs.tangential_damping && plan.law.coulomb == Coulomb::Sum {
+    if needs.friction && needs.tangential_damping && plan.law.coulomb != Coulomb::SpringThenDashpot
+    {
         limits.push(Limit::differs(
             "the Coulomb limit cuts the tangential spring only; the tangential dashpot acts on top while sticking and is off while slipping",
         ));
@@ -53,7 +54,10 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
             "the tangential spring is projected on the turning contact plane and not rescaled",
         ));
     }
-    if needs.clumps && plan.scheme != Scheme::Liggghts {
+    if needs.friction && (plan.law.arm, plan.law.plane_arm) != (Arm::Half, Arm::Half) {
+        limits.push(Limit::differs("the lever arm is R - overlap/2 everywhere"));
+    }
+    if needs.clumps && !plan.scheme.is_richardson() {
         limits.push(Limit::differs(
             "clumps turn by LAMMPS' Richardson-corrected quaternion step of fix rigid",
         ));

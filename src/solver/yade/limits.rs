@@ -45,7 +45,7 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
     if plan.law.tension && needs.normal_damping {
         limits.push(Limit::differs("the normal force never pulls: it is cut at 0 (ViscEl law)"));
     }
-    if needs.tangential_damping && plan.law.coulomb == Coulomb::Sum {
+    if needs.tangential_damping && plan.law.coulomb != Coulomb::SpringThenDashpot {
         limits.push(Limit::differs(
             "the Coulomb limit cuts the tangential spring only; the tangential dashpot acts on top while sticking and is off while slipping",
         ));
@@ -57,6 +57,9 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
     }
     if needs.friction && needs.planes && plan.law.plane_arm != Arm::Full {
         limits.push(Limit::differs("the lever arm at axis-aligned planes is R - overlap"));
+    }
+    if needs.friction && plan.law.arm != Arm::Half {
+        limits.push(Limit::differs("the lever arm is R - overlap/2 but at axis-aligned planes"));
     }
     if plan.scheme != Scheme::Yade {
         limits.push(Limit::differs(
