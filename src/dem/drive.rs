@@ -77,6 +77,7 @@ pub fn simulate(
         },
         advice,
         rebuilds: state.rebuilds,
+        notes: servo::notes(model, &state.servos),
     })
 }
 

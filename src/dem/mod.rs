@@ -99,6 +99,8 @@ pub struct Summary {
     pub advice: Advice,
     /// Times the candidate lists were built.
     pub rebuilds: u64,
+    /// What people should know of the end, one sentence each: where servo walls are.
+    pub notes: Vec<String>,
 }
 
 /// Why a run could not begin.
@@ -134,6 +136,11 @@ pub fn simulate(
     drive::simulate(model, resume, job, observer)
 }
 
+/// Gap up to which pairs of spheres are listed, m.
+pub fn list_skin(model: &Model) -> f64 {
+    setting::skin(model)
+}
+
 /// Runs `model` from time 0 and keeps everything.
 pub fn run(model: &Model, job: &Job) -> Result<Run, DemError> {
     let mut kept = Kept::default();
@@ -145,7 +152,7 @@ pub fn run(model: &Model, job: &Job) -> Result<Run, DemError> {
         touches: Some(summary.touches),
         series: kept.rows,
         cost: summary.cost,
-        notes: Vec::new(),
+        notes: summary.notes,
     })
 }
 

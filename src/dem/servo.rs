@@ -14,7 +14,7 @@ use super::ledger::visit;
 use super::setting::Setting;
 use super::state::State;
 use super::surface;
-use crate::model::Motion;
+use crate::model::{Model, Motion};
 use crate::num::Vec3;
 use serde::{Deserialize, Serialize};
 
@@ -56,6 +56,20 @@ impl WallNow {
             _ => Self { shift: Vec3::zeros(), motion: *motion },
         }
     }
+}
+
+/// Where servo walls are and how hard they push, for people.
+pub fn notes(model: &Model, servos: &[Servo]) -> Vec<String> {
+    let walls = model.walls.iter().zip(servos);
+    walls
+        .filter_map(|(wall, servo)| match wall.motion {
+            Motion::Servo { force, .. } => Some(format!(
+                "wall `{}` pushes with {:.6e} N, asked for {force:.6e} N; it has moved {:.6e} m",
+                wall.name, servo.force, servo.travel
+            )),
+            _ => None,
+        })
+        .collect()
 }
 
 /// Moves servo walls by one step.

@@ -226,7 +226,7 @@ pub fn wall_spin(motion: &Motion) -> Vec3 {
 }
 
 /// 0.15 of the median radius: flat optimum for beds (0.1) and flows (0.2).
-fn skin(model: &Model) -> f64 {
+pub fn skin(model: &Model) -> f64 {
     let radii: Vec<f64> = model.spheres.iter().map(|sphere| sphere.radius).collect();
     0.15 * crate::num::statistics::median(&radii).unwrap_or(0.0)
 }

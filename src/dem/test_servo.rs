@@ -65,6 +65,7 @@ fn a_lid_reaches_the_force_that_was_asked_for() {
         // Friction at the sides carries nothing that counts at rest in this regular stack.
         assert!((floor / asked - 1.0).abs() < 0.05, "{scheme:?} {mesh} {floor}");
         assert!(end.wall_work > 0.0);
+        assert!(run.notes[0].contains("wall `wall5` pushes with 4.0000"), "{:?}", run.notes);
         for row in &run.series {
             assert!(row.energy_error.abs() < 0.03 * end.wall_work, "{scheme:?} {mesh} {row:?}");
         }
