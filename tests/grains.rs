@@ -3,7 +3,7 @@
 use riprap::geometry::{Mesh, Posed, Primitive, topology};
 use riprap::num::random::{self, Stream};
 use riprap::num::{Rotation, Vec3};
-use riprap::shape::union_of_solids::{self, Family};
+use riprap::shape::union_of_solids::{self, Family, Turns};
 use riprap::shape::{Shape, UnionParameters, descriptors, generate};
 use std::path::Path;
 
@@ -65,14 +65,13 @@ fn monte_carlo(parts: &[Faceted], mesh: &Mesh, points: u32, stream: &mut Stream)
     (p * size.product(), (p * (1.0 - p) / n).sqrt() * size.product())
 }
 
-#[test]
-fn a_hundred_unions_have_the_volume_that_random_points_find() {
-    let parameters = UnionParameters::default();
+/// Compares `count` unions with random points.
+fn unions_against_random_points(parameters: &UnionParameters, count: u32) {
     let shape = Shape::Union(parameters.clone());
     let mut squares = 0.0;
-    for index in 0..100 {
+    for index in 0..u64::from(count) {
         let mut stream = random::stream(11, "grains", index);
-        let solids = union_of_solids::draw(&parameters, &mut stream);
+        let solids = union_of_solids::draw(parameters, &mut stream);
         let mesh = union_of_solids::unite(&solids, parameters.segments).expect("a union");
         let parts: Vec<_> =
             solids.iter().map(|solid| Faceted::new(*solid, parameters.segments)).collect();
@@ -93,8 +92,37 @@ fn a_hundred_unions_have_the_volume_that_random_points_find() {
         assert!(report.is_closed() && report.pieces == 1, "grain {index}: {report:?}");
         assert_eq!(report.euler_characteristic, 2, "grain {index}: star-shaped, so no handles");
     }
-    // 100 squared deviations of variance 1 sum to 100 ± 14: no bias hides below 5 errors.
-    assert!((40.0..180.0).contains(&squares), "{squares}");
+    // n squared deviations of variance 1 sum to n ± √(2n): no bias hides below 5 errors.
+    let n = f64::from(count);
+    assert!((squares - n).abs() < 6.0 * (2.0 * n).sqrt(), "{squares} of {n}");
+}
+
+/// Grains to compare: more with `RIPRAP_GRAINS=1000`.
+fn grains() -> u32 {
+    std::env::var("RIPRAP_GRAINS").ok().and_then(|text| text.parse().ok()).unwrap_or(100)
+}
+
+#[test]
+fn unions_have_the_volume_that_random_points_find() {
+    unions_against_random_points(&UnionParameters::default(), grains());
+}
+
+#[test]
+fn unions_of_up_to_twelve_solids_have_the_volume_that_random_points_find() {
+    let parameters = UnionParameters { solids: [2, 12], ..Default::default() };
+    unions_against_random_points(&parameters, grains() / 4);
+}
+
+#[test]
+fn unions_along_the_axes_that_share_faces_have_the_volume_that_random_points_find() {
+    let parameters = UnionParameters {
+        solids: [2, 12],
+        turns: Turns::Quarter,
+        step: 0.25,
+        lift: [0.0, 0.0],
+        ..Default::default()
+    };
+    unions_against_random_points(&parameters, grains() / 4);
 }
 
 #[test]

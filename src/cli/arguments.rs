@@ -56,7 +56,7 @@ pub enum Verb {
     /// Read and judge a scene; run nothing.
     Check(SceneOnly),
     /// Make the random particles of a scene as STL.
-    Generate(SceneOnly),
+    Generate(Generate),
     /// Reproduce the particles of a scene, or one mesh, as clumps of spheres.
     Reproduce(Reproduce),
     /// Pack the particles of a scene.
@@ -134,6 +134,18 @@ pub enum Kind {
     Studies,
 }
 
+/// `riprap generate`.
+#[derive(Debug, Args)]
+pub struct Generate {
+    /// Scene and output folder.
+    #[command(flatten)]
+    pub scene: SceneOnly,
+    /// Write the first draw of each grain as it comes to as-drawn/, valid grain or
+    /// not, and say why not; make no grains.
+    #[arg(long)]
+    pub as_drawn: bool,
+}
+
 /// A scene and where its results go.
 #[derive(Debug, Args)]
 pub struct SceneOnly {
@@ -153,7 +165,7 @@ pub struct Reproduce {
     #[arg(short, long, value_name = "PATH")]
     pub output: Option<PathBuf>,
     /// For a mesh: method, see `riprap list clumps`.
-    #[arg(long, value_name = "KEY", default_value = "normals")]
+    #[arg(long, value_name = "KEY", default_value = "fitted")]
     pub method: String,
     /// For a mesh: largest number of spheres.
     #[arg(long, value_name = "N", conflicts_with = "error", value_parser = clap::value_parser!(u32).range(2..))]
@@ -254,6 +266,9 @@ pub struct Measure {
     /// Meshes (STL, PLY, OBJ), clumps, packings, states, dumps.
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
+    /// Solid that the files' spheres stand for, in the same frame: gives their errors against it.
+    #[arg(long, value_name = "MESH")]
+    pub against: Option<PathBuf>,
 }
 
 /// `riprap convert`.

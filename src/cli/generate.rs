@@ -1,18 +1,23 @@
 //! `riprap generate`: true shapes as STL.
 
-use super::arguments::SceneOnly;
+use super::arguments::{Generate, SceneOnly};
 use super::{Ending, Screen};
 use crate::geometry::GeometryError;
 use crate::scene::road::Road;
 use crate::shape::descriptors::{Descriptors, describe};
+use rayon::prelude::*;
 use serde_json::json;
 
-pub fn generate(arguments: &SceneOnly, screen: &Screen) -> Result<(), Ending> {
-    let mut road = Road::open(&arguments.scene, arguments.output.as_deref(), screen.job())?;
+pub fn generate(arguments: &Generate, screen: &Screen) -> Result<(), Ending> {
+    let SceneOnly { scene, output } = &arguments.scene;
+    let mut road = Road::open(scene, output.as_deref(), screen.job())?;
+    if arguments.as_drawn {
+        return as_drawn(&mut road, screen);
+    }
     let solids = road.solids()?.solids;
     screen.remarks(&mut road);
     let rows: Vec<(String, Descriptors)> = solids
-        .iter()
+        .par_iter()
         .flatten()
         .map(|solid| Ok((solid.name.clone(), describe(&solid.mesh)?)))
         .collect::<Result<_, GeometryError>>()?;
@@ -20,17 +25,18 @@ pub fn generate(arguments: &SceneOnly, screen: &Screen) -> Result<(), Ending> {
     let mut text = String::new();
     if !rows.is_empty() {
         text.push_str(&format!(
-            "{:24} {:>11} {:>10} {:>10} {:>10}\n",
-            "grain", "d_eq mm", "elong.", "flatn.", "convexity"
+            "{:24} {:>11} {:>10} {:>10} {:>10} {:>10}\n",
+            "grain", "d_eq mm", "elong.", "flatn.", "convexity", "roundness"
         ));
     }
     for (name, d) in rows.iter().take(12) {
         text.push_str(&format!(
-            "{name:24} {:>11.3} {:>10.3} {:>10.3} {:>10.3}\n",
+            "{name:24} {:>11.3} {:>10.3} {:>10.3} {:>10.3} {:>10.3}\n",
             d.volume_diameter * 1e3,
             d.elongation,
             d.flatness,
-            d.convexity
+            d.convexity,
+            d.roundness
         ));
     }
     if rows.len() > 12 {
@@ -50,4 +56,26 @@ pub fn generate(arguments: &SceneOnly, screen: &Screen) -> Result<(), Ending> {
     ));
     screen
         .result(&json!({ "output": road.store.root(), "shapes": rows, "spheres": spheres }), &text)
+}
+
+fn as_drawn(road: &mut Road, screen: &Screen) -> Result<(), Ending> {
+    let verdicts = road.as_drawn()?;
+    let mut text = String::new();
+    for v in verdicts.iter().take(24) {
+        let said =
+            v.fault.as_deref().map_or("a valid grain".to_owned(), |why| format!("no grain: {why}"));
+        text.push_str(&format!("{:24} {said}\n", v.name));
+        for fact in &v.facts {
+            let asked = fact.asked.map_or("-".to_owned(), |asked| format!("{asked:.5}"));
+            let (quantity, measured) = (&fact.quantity, fact.measured);
+            text.push_str(&format!("    {quantity:44} asked {asked:>10}  is {measured:>10.5}\n"));
+        }
+    }
+    let valid = verdicts.iter().filter(|v| v.fault.is_none()).count();
+    text.push_str(&format!(
+        "{valid} of {} are valid grains; all surfaces in {}\n",
+        verdicts.len(),
+        road.store.path("as-drawn").display()
+    ));
+    screen.result(&json!({ "output": road.store.root(), "drawn": verdicts }), &text)
 }

@@ -11,6 +11,12 @@ pub fn measure(arguments: &Measure, screen: &Screen) -> Result<(), Ending> {
     let mut rows = Vec::new();
     let mut text = String::new();
     for path in &arguments.files {
+        if let Some(mesh) = &arguments.against {
+            let (value, lines) = described(path, &measuring::against(path, mesh)?)?;
+            rows.push(value);
+            text.push_str(&lines);
+            continue;
+        }
         let (measured, repairs) = measuring::measure(path)?;
         if let Some(repairs) = repairs {
             screen.warn(&format!("{}: {repairs}", path.display()));

@@ -16,6 +16,7 @@ use super::reproduce::Target;
 use super::{ClumpError, Fidelity};
 use crate::geometry::distance::sample_surface;
 use crate::geometry::{Ball, SurfacePoint, Visible, united};
+use crate::num::Vec3;
 use crate::num::random::stream;
 use crate::shape::Solid;
 
@@ -33,23 +34,9 @@ pub fn measure(solid: &Solid, balls: &[Ball], points: usize) -> Result<Fidelity,
 
 pub(super) fn compare(target: &Target, balls: &[Ball], points: usize) -> Fidelity {
     let solid = target.solid;
-    let count = points.max(100);
-    // The same points for the same solid, whatever the scene's seed.
-    let mut source = stream(0, "fidelity", 0);
-    let visible = Visible::new(balls);
-    let distances = |points: &[SurfacePoint], at: &dyn Fn(&SurfacePoint) -> f64| {
-        points.iter().map(|p| at(p).abs()).collect::<Vec<f64>>()
-    };
-    let outward = distances(&visible.sample(count, &mut source), &|p| target.distance.at(&p.point));
-    let inward =
-        distances(&sample_surface(&solid.mesh, count, &mut source), &|p| visible.at(&p.point));
-    let at_vertices = solid.mesh.vertices.iter().map(|v| visible.at(v).abs()).fold(0.0, f64::max);
-
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
-    let square =
-        |values: &[f64]| values.iter().map(|d| d * d).sum::<f64>() / values.len().max(1) as f64;
-    let largest = outward.iter().chain(&inward).fold(at_vertices, |a: f64, &b| a.max(b));
-
+    let distances = distances(target, balls, points);
+    let mean =
+        |values: &[f64]| values.iter().map(|d| d.abs()).sum::<f64>() / values.len().max(1) as f64;
     // Many small balls average their errors: 2000 reach 2e-5 with a quarter of the panels.
     let panels = if balls.len() > 300 { united::PANELS / 4 } else { united::PANELS };
     let union = united::balls(balls, panels).mass;
@@ -57,11 +44,49 @@ pub(super) fn compare(target: &Target, balls: &[Ball], points: usize) -> Fidelit
     Fidelity {
         equivalent_diameter: target.diameter,
         volume_error: union.volume / solid.mass.volume - 1.0,
-        mean_distance: (mean(&outward) + mean(&inward)) / 2.0,
-        rms_distance: ((square(&outward) + square(&inward)) / 2.0).sqrt(),
-        largest_distance: largest,
+        mean_distance: (mean(&distances.outward) + mean(&distances.inward)) / 2.0,
+        rms_distance: distances.rms(),
+        largest_distance: distances.largest(),
         centroid_error: (union.centroid - solid.mass.centroid).norm(),
         inertia_error: (inertia - solid.mass.inertia).norm() / solid.mass.inertia.norm(),
+    }
+}
+
+/// Distances between the two surfaces, m.
+pub(super) struct Distances {
+    /// From points of the visible surface of the spheres to the mesh.
+    outward: Vec<f64>,
+    /// From points of the mesh to the visible surface of the spheres.
+    inward: Vec<f64>,
+    at_vertices: f64,
+}
+
+impl Distances {
+    /// Root mean square, both ways.
+    pub fn rms(&self) -> f64 {
+        let square =
+            |values: &[f64]| values.iter().map(|d| d * d).sum::<f64>() / values.len().max(1) as f64;
+        ((square(&self.outward) + square(&self.inward)) / 2.0).sqrt()
+    }
+
+    fn largest(&self) -> f64 {
+        self.outward.iter().chain(&self.inward).fold(self.at_vertices, |a: f64, &b| a.max(b.abs()))
+    }
+}
+
+pub(super) fn distances(target: &Target, balls: &[Ball], points: usize) -> Distances {
+    let mesh = &target.solid.mesh;
+    let count = points.max(100);
+    // The same points for the same solid, whatever the scene's seed.
+    let mut source = stream(0, "fidelity", 0);
+    let visible = Visible::new(balls);
+    let at = |points: &[SurfacePoint], from: &dyn Fn(&Vec3) -> f64| {
+        points.iter().map(|p| from(&p.point)).collect::<Vec<f64>>()
+    };
+    Distances {
+        outward: at(&visible.sample(count, &mut source), &|p| target.distance.at(p)),
+        inward: at(&sample_surface(mesh, count, &mut source), &|p| visible.at(p)),
+        at_vertices: mesh.vertices.iter().map(|v| visible.at(v).abs()).fold(0.0, f64::max),
     }
 }
 
@@ -70,7 +95,6 @@ mod tests {
     use super::*;
     use crate::clump::reproduce::tests::solid;
     use crate::geometry::samples::{box_mesh, icosphere};
-    use crate::num::Vec3;
     use std::f64::consts::PI;
 
     #[test]

@@ -1,22 +1,39 @@
 //! Reproduction of solids as clumps of spheres: one file a method.
 //!
-//! [`reproduce`] turns a solid into a [`Clump`] by a [`Method`]; [`sphere`] and
+//! [`reproduce`] turns a solid into a [`Clump`] by a [`Method`]; [`spheres`] does the search
+//! for spheres alone; [`reproduce_to_error`] finds how many are needed; [`sphere`] and
 //! [`disc`] are the grains that are spheres or discs by themselves; [`measure`]
 //! says how far spheres are from a solid; [`file`] keeps clumps on disk.
 
+mod axial;
+mod cover;
+mod dynamic;
+mod euclidean;
 mod fidelity;
 pub mod file;
+mod fitted;
+mod four_points;
 mod ladder;
 mod nodes;
 mod normals;
+mod patches;
 mod pieces;
+mod refine;
+mod replaced;
 mod reproduce;
+mod voxels;
 
+pub use axial::{Axial, Girth};
+pub use dynamic::Dynamic;
+pub use euclidean::Euclidean;
 pub use fidelity::{POINTS, measure};
+pub use fitted::{Fitted, Volume};
+pub use four_points::FourPoints;
 pub use ladder::reproduce_to_error;
 pub use nodes::{Nodes, Place};
 pub use normals::{Normals, Order};
-pub use reproduce::{MassSource, Method, reproduce};
+pub use replaced::Replaced;
+pub use reproduce::{MassSource, Method, reproduce, spheres};
 
 use crate::format::FormatError;
 use crate::geometry::{Ball, DistanceError};
@@ -26,7 +43,16 @@ use std::f64::consts::PI;
 use std::path::PathBuf;
 
 /// Every way of making clumps, for `riprap list clumps`.
-pub const METHODS: &[MethodEntry] = &[nodes::ENTRY, normals::ENTRY];
+pub const METHODS: &[MethodEntry] = &[
+    fitted::ENTRY,
+    nodes::ENTRY,
+    replaced::ENTRY,
+    dynamic::ENTRY,
+    four_points::ENTRY,
+    normals::ENTRY,
+    axial::ENTRY,
+    euclidean::ENTRY,
+];
 
 /// Spheres that stand for one solid and move as one body, in the body frame:
 /// centre of mass at the origin, principal axes of inertia along x, y, z.

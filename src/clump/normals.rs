@@ -185,7 +185,7 @@ fn shuffle(points: &mut [SurfacePoint], stream: &mut Stream) {
 
 /// Radius at which a sphere that touches the surface at p swallows the point at
 /// `offset` from p to the depth `allowed`; infinite if it never does.
-fn stop(offset: &Vec3, normal: &Vec3, allowed: f64) -> f64 {
+pub(super) fn stop(offset: &Vec3, normal: &Vec3, allowed: f64) -> f64 {
     let below = -offset.dot(normal) - allowed;
     let over = offset.norm_squared() - allowed * allowed;
     if below > 0.0 && over > 0.0 { over / (2.0 * below) } else { f64::INFINITY }

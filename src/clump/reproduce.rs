@@ -1,9 +1,11 @@
 //! From a solid to a clump: the method finds spheres, the rest is the same for all.
 
 use super::fidelity::{POINTS, compare};
-use super::{Clump, ClumpError, Nodes, Normals};
+use super::{
+    Axial, Clump, ClumpError, Dynamic, Euclidean, Fitted, FourPoints, Nodes, Normals, Replaced,
+};
 use crate::geometry::{Ball, SignedDistance, united};
-use crate::num::random::stream;
+use crate::num::random::{Stream, stream};
 use crate::num::{Fault, Job};
 use crate::shape::Solid;
 use schemars::JsonSchema;
@@ -13,10 +15,22 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
+    /// Greedy cover, then all centres and radii by least squares.
+    Fitted(Fitted),
     /// Equal spheres at all inner nodes of a grid (R1).
     Nodes(Nodes),
+    /// Small spheres, groups of which are replaced by larger ones (R2).
+    Replaced(Replaced),
+    /// Random spheres moved and grown by virtual forces (R3).
+    Dynamic(Dynamic),
+    /// Spheres through four surface points (R4).
+    FourPoints(FourPoints),
     /// Spheres grown along inward normals (R5).
     Normals(Normals),
+    /// Spheres along the long axis.
+    Axial(Axial),
+    /// Largest spheres of a voxel image.
+    Euclidean(Euclidean),
 }
 
 /// What the mass, centre and inertia of a clump are taken from.
@@ -57,7 +71,18 @@ impl Method {
     /// The method with this key, set up for at most `spheres` spheres (R1: the
     /// grid whose nodes in a ball of the solid's volume come nearest to that).
     pub fn with_spheres(key: &str, spheres: u32) -> Option<Self> {
+        let count = spheres as usize;
         match key {
+            "fitted" => Some(Self::Fitted(Fitted { spheres: count, ..Fitted::default() })),
+            "replaced" => Some(Self::Replaced(Replaced { spheres: count, ..Replaced::default() })),
+            "dynamic" => Some(Self::Dynamic(Dynamic { spheres: count, ..Dynamic::default() })),
+            "four_points" => {
+                Some(Self::FourPoints(FourPoints { spheres: count, ..FourPoints::default() }))
+            }
+            "axial" => Some(Self::Axial(Axial { spheres: count, ..Axial::default() })),
+            "euclidean" => {
+                Some(Self::Euclidean(Euclidean { spheres: count, ..Euclidean::default() }))
+            }
             "nodes" => {
                 let across =
                     (6.0 * f64::from(spheres) / std::f64::consts::PI).cbrt().clamp(2.0, 100.0);
@@ -68,7 +93,7 @@ impl Method {
                 let protrusion = (0.4 / f64::from(spheres)).clamp(0.002, 0.03);
                 let smallest = (0.6 / f64::from(spheres)).clamp(0.01, 0.03);
                 Some(Self::Normals(Normals {
-                    spheres: spheres as usize,
+                    spheres: count,
                     protrusion,
                     smallest,
                     ..Normals::default()
@@ -81,11 +106,46 @@ impl Method {
     /// # Errors
     /// [`Fault`] for a parameter out of its range, under the key of the method.
     pub fn validate(&self) -> Result<(), Fault> {
+        let (checked, key) = match self {
+            Self::Fitted(method) => (method.validate(), "fitted"),
+            Self::Nodes(method) => (method.validate(), "nodes"),
+            Self::Replaced(method) => (method.validate(), "replaced"),
+            Self::Dynamic(method) => (method.validate(), "dynamic"),
+            Self::FourPoints(method) => (method.validate(), "four_points"),
+            Self::Normals(method) => (method.validate(), "normals"),
+            Self::Axial(method) => (method.validate(), "axial"),
+            Self::Euclidean(method) => (method.validate(), "euclidean"),
+        };
+        checked.map_err(|fault| fault.under(key))
+    }
+
+    fn find(&self, target: &Target, source: &mut Stream, job: &Job) -> Result<Found, ClumpError> {
         match self {
-            Self::Nodes(nodes) => nodes.validate().map_err(|f| f.under("nodes")),
-            Self::Normals(normals) => normals.validate().map_err(|f| f.under("normals")),
+            Self::Fitted(method) => method.find(target, job),
+            Self::Nodes(method) => method.find(target, job),
+            Self::Replaced(method) => method.find(target, job),
+            Self::Dynamic(method) => method.find(target, source, job),
+            Self::FourPoints(method) => method.find(target, source, job),
+            Self::Normals(method) => method.find(target, source, job),
+            Self::Axial(method) => method.find(target, job),
+            Self::Euclidean(method) => method.find(target, job),
         }
     }
+}
+
+/// The spheres that `method` finds for `solid`, in the frame of the solid; nothing is measured.
+///
+/// # Errors
+/// As [`reproduce`].
+pub fn spheres(
+    solid: &Solid,
+    method: &Method,
+    seed: u64,
+    index: u64,
+    job: &Job,
+) -> Result<Vec<Ball>, ClumpError> {
+    method.validate()?;
+    Ok(method.find(&Target::new(solid)?, &mut stream(seed, "clump", index), job)?.balls)
 }
 
 /// The clump that stands for `solid`, which is grain `index` of a scene with `seed`.
@@ -108,11 +168,7 @@ pub fn reproduce(
 ) -> Result<Clump, ClumpError> {
     method.validate()?;
     let target = Target::new(solid)?;
-    let mut source = stream(seed, "clump", index);
-    let found = match method {
-        Method::Nodes(nodes) => nodes.find(&target, job)?,
-        Method::Normals(normals) => normals.find(&target, &mut source, job)?,
-    };
+    let found = method.find(&target, &mut stream(seed, "clump", index), job)?;
     let properties = match mass {
         MassSource::Solid => solid.mass,
         MassSource::Union => united::balls(&found.balls, 4 * united::PANELS).mass,

@@ -7,11 +7,12 @@
 //! first order, as the rest are. O(candidates); cannot fail.
 
 use super::averaged::{Meeting, respond, window};
-use super::forces::{Field, Hit, Push, hand_over};
+use super::forces::{Field, Push};
 use super::law::{BookView, Reply, Tally};
 use super::setting::Setting;
 use super::state::{Ball, Load, State};
 use super::surface::{self, Feature};
+use super::walls::{Hit, hand_over};
 use crate::model::Motion;
 use crate::num::Vec3;
 use nalgebra::Matrix3;

@@ -5,7 +5,7 @@ use super::law::Rule;
 use super::setting::Setting;
 use super::state::{Load, State};
 use super::{
-    DemError, Observer, Summary, averaged_motion, checkpoint, guard, ledger, limit, motion,
+    DemError, Observer, Summary, averaged_motion, checkpoint, extra, guard, ledger, limit, motion,
     neighbours, servo,
 };
 use crate::model::{Cost, Model, Outcome, Scheme};
@@ -41,16 +41,24 @@ pub fn simulate(
     };
     let (from, loop_begun) = (state.step, Instant::now());
     let mut outcome = None;
+    // Whether the second half kick of the last step is still to be done: where nothing looks
+    // at velocities in between, it is done together with the first of the next step.
+    let mut owed = false;
     while stopped.is_none() && state.step < model.plan.steps {
         if job.is_cancelled() {
+            if owed {
+                motion::finish(&setting, &mut state);
+            }
             if guard::finite(&state) {
                 observer.checkpoint(&checkpoint::write(model, &state)?);
             }
             outcome = Some(Outcome::Cancelled { step: state.step });
             break;
         }
-        stopped = one_step(&mut setting, &mut state, &mut work);
-        record(&setting, &mut state, observer, stopped.is_some())?;
+        (stopped, owed) = one_step(&mut setting, &mut state, &mut work, owed);
+        if stopped.is_some() || is_due(&setting, state.step) {
+            record(&setting, &mut state, observer, stopped.is_some())?;
+        }
         if state.step.is_multiple_of(REPORT_EVERY) {
             job.report("steps", state.step, model.plan.steps);
         }
@@ -92,7 +100,7 @@ fn start(
     let stopped = guard::check(setting, &state);
     force_pass(setting, &mut state, work, true);
     let ledger = (
-        ledger::kinetic(setting, &state) + ledger::sweep(setting, &state).elastic,
+        ledger::kinetic(setting, &state) + ledger::stored(setting, &state),
         ledger::potential(setting, &state),
     );
     (state.ledger.start, state.ledger.start_potential) = ledger;
@@ -103,21 +111,40 @@ fn start(
     (state, stopped)
 }
 
-/// From one force pass to just after the next.
-fn one_step(setting: &mut Setting<'_>, state: &mut State, work: &mut Workspace) -> Option<String> {
+/// From one force pass to just after the next. `owed` in and out: whether the second half
+/// kick is still to be done. Also why the run must stop.
+fn one_step(
+    setting: &mut Setting<'_>,
+    state: &mut State,
+    work: &mut Workspace,
+    owed: bool,
+) -> (Option<String>, bool) {
     if setting.scheme == Scheme::PathAveraged {
-        return averaged_step(setting, state, work);
+        return (averaged_step(setting, state, work), false);
     }
     state.ledger.add_half();
     move_walls(setting, state, (state.step + 1) as f64 * setting.step);
     let mut stopped = None;
-    if motion::advance(setting, state) {
+    if motion::advance(setting, state, owed) {
         neighbours::rebuild(setting, state);
         stopped = guard::check(setting, state);
     }
     force_pass(setting, state, work, false);
-    motion::finish(setting, state);
-    stopped
+    let owed = stopped.is_none() && !is_due(setting, state.step);
+    if !owed {
+        motion::finish(setting, state);
+    }
+    (stopped, owed)
+}
+
+/// Whether something is written after step `step`.
+fn is_due(setting: &Setting<'_>, step: u64) -> bool {
+    let plan = &setting.model.plan;
+    let every = |steps: u64| step.is_multiple_of(steps.max(1));
+    step == plan.steps
+        || every(plan.frame_every)
+        || every(plan.series_every)
+        || (plan.checkpoint_every > 0 && every(plan.checkpoint_every))
 }
 
 /// Half a step, force pass, half a step.
@@ -162,10 +189,12 @@ pub(super) fn force_pass(
         interval: if first { 0.0 } else { setting.step },
         bare_slip: setting.scheme == Scheme::Lammps,
     };
-    let tally = evaluate(setting, state, work, &rule);
+    let mut tally = evaluate(setting, state, work, &rule);
     if setting.needs.servo_walls {
         servo::respond(setting, state);
     }
+    tally += extra::pass(setting, state, &rule);
+    tally.drag_power = extra::drag(setting, state, first);
     if setting.planar {
         for Load { force, torque } in &mut state.loads {
             force.z = 0.0;

@@ -28,6 +28,10 @@ pub struct Ledger {
     pub wall_work: f64,
     /// Dissipated by local damping.
     pub local_damping: f64,
+    /// Dissipated by drag.
+    pub drag: f64,
+    /// Half of the work of drag in the present pass.
+    pub drag_half: f64,
     /// Half of the work of the present pass, to be added after the row.
     pub wall_half: f64,
     /// The same for local damping.
@@ -45,7 +49,8 @@ impl Ledger {
     pub fn add(&mut self, pass: Tally, damping_power: f64, step: f64, first: bool) {
         self.wall_half = 0.5 * step * pass.wall_power;
         self.damping_half = 0.5 * step * damping_power;
-        let power = Tally { wall_power: 0.0, ..pass };
+        self.drag_half = 0.5 * step * pass.drag_power;
+        let power = Tally { wall_power: 0.0, drag_power: 0.0, ..pass };
         self.contacts += power;
         if !first {
             self.add_half();
@@ -56,6 +61,7 @@ impl Ledger {
     pub fn add_half(&mut self) {
         self.wall_work += self.wall_half;
         self.local_damping += self.damping_half;
+        self.drag += self.drag_half;
     }
 }
 
@@ -64,6 +70,8 @@ impl Ledger {
 pub struct Sweep {
     /// Energy in springs, J.
     pub elastic: f64,
+    /// Potential energy of attraction, J.
+    pub attraction: f64,
     /// Contacts, walls included.
     pub contacts: u64,
     /// Contacts between spheres.
@@ -135,6 +143,9 @@ pub fn sweep(setting: &Setting<'_>, state: &State) -> Sweep {
         add(law, overlap, spring, ball.radius);
     });
     found.between = between;
+    let (attraction, rolling) = super::extra::stored(setting, state);
+    found.attraction = attraction;
+    found.elastic += rolling;
     found
 }
 
@@ -144,6 +155,12 @@ fn slide(away: Vec3, velocity: Vec3, turning: Vec3) -> Vec3 {
     let normal = away.normalize();
     let whole = velocity + normal.cross(&turning);
     whole - normal * whole.dot(&normal)
+}
+
+/// Energy in springs and attraction, J.
+pub fn stored(setting: &Setting<'_>, state: &State) -> f64 {
+    let found = sweep(setting, state);
+    found.elastic + found.attraction
 }
 
 /// Calls `each(slot, partner, k)` for every touching entry.
@@ -211,7 +228,10 @@ pub fn row(setting: &Setting<'_>, state: &State) -> SeriesRow {
     let lost = ledger.contacts.normal_dashpot
         + ledger.contacts.tangential_dashpot
         + ledger.contacts.slip
-        + ledger.local_damping;
+        + ledger.local_damping
+        + ledger.contacts.rolling
+        + ledger.contacts.wetting
+        + ledger.drag;
     let momentum: Vec3 = state
         .bodies(setting)
         .iter()
@@ -228,8 +248,12 @@ pub fn row(setting: &Setting<'_>, state: &State) -> SeriesRow {
         tangential_dashpot: ledger.contacts.tangential_dashpot,
         slip: ledger.contacts.slip,
         local_damping: ledger.local_damping,
+        attraction: found.attraction,
+        rolling: ledger.contacts.rolling,
+        wetting: ledger.contacts.wetting,
+        drag: ledger.drag,
         wall_work: ledger.wall_work,
-        energy_error: kinetic + found.elastic + gravitational + lost
+        energy_error: kinetic + found.elastic + found.attraction + gravitational + lost
             - ledger.wall_work
             - ledger.start,
         contacts: found.contacts,

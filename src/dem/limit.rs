@@ -14,6 +14,8 @@
 //!   and the limits above shrink by √(1 + ζ²) − ζ, ζ = c/(2√(k m_eff)). The same holds
 //!   for `path_averaged`: implicit for a pair alone, where c Δt/m_eff > 2 loses
 //!   accuracy only, but each contact sees the forces of the others a step late.
+//! - attraction and rolling: their largest stiffness is added to kn and kt of the pair
+//!   (see [`super::extra::stiffened`]); drag c acts like a dashpot, c Δt/m < 2.
 //! - speed: no body moves more than a tenth of the smallest radius in a step.
 //!
 //! O(contacts) for the network, O(bodies × members²) for the rest.
@@ -93,7 +95,7 @@ pub fn advise(model: &Model) -> Advice {
             impact_overlap: 0.0,
         };
     }
-    let pairs = Pairs::of(model);
+    let pairs = Pairs::of(&setting);
     let mut state = State::new(&setting);
     neighbours::rebuild(&setting, &mut state);
     let network = network_bound(&setting, &state, None).map(|bound| bound.step);
@@ -163,7 +165,8 @@ struct Pairs {
 }
 
 impl Pairs {
-    fn of(model: &Model) -> Self {
+    fn of(setting: &Setting<'_>) -> Self {
+        let model = setting.model;
         let lightest = |material: u16| {
             let masses = model.bodies.iter().filter(|b| b.material == material).map(|b| b.mass);
             masses.fold(f64::INFINITY, f64::min)
@@ -178,14 +181,14 @@ impl Pairs {
             for b in a..size {
                 let other = lightest(b);
                 if other.is_finite() && model.bodies.len() > 1 {
-                    met.push((model.contacts.between(a, b), mass * other / (mass + other)));
+                    met.push((setting.stiff_pair(a, b), mass * other / (mass + other)));
                 }
             }
-            met.extend(model.walls.iter().map(|w| (model.contacts.between(a, w.material), mass)));
+            met.extend(model.walls.iter().map(|w| (setting.stiff_pair(a, w.material), mass)));
         }
         if met.is_empty() {
             let body = &model.bodies[0];
-            met.push((model.contacts.between(body.material, body.material), body.mass));
+            met.push((setting.stiff_pair(body.material, body.material), body.mass));
         }
         let turning = if model.dimension == Dimension::Two { 3.0 } else { 3.5 };
         let mut all = Self { contact_time: f64::INFINITY, damping: None, softest: f64::INFINITY };
@@ -198,6 +201,12 @@ impl Pairs {
                 let bound = 2.0 * mass / dashpot;
                 all.damping = Some(all.damping.map_or(bound, |best| best.min(bound)));
             }
+        }
+        if model.extra.drag > 0.0 {
+            let slowest = |body: &Body| 2.0 * body.mass / f64::from(body.sphere_count);
+            let bounds = model.bodies.iter().map(|body| slowest(body) / model.extra.drag);
+            let bound = bounds.fold(f64::INFINITY, f64::min);
+            all.damping = Some(all.damping.map_or(bound, |best| best.min(bound)));
         }
         all
     }
@@ -428,7 +437,7 @@ fn each_link<'a>(setting: &'a Setting<'_>, state: &State, mut visit: impl FnMut(
                 continue;
             }
             let normal = between / distance;
-            let law = setting.pair(ball.material, other.material);
+            let law = setting.stiff_pair(ball.material, other.material);
             let second = bodies[other.body as usize].mass;
             let effective = mass * second / (mass + second);
             let point = ball.place - normal * (ball.radius - 0.5 * overlap);
@@ -444,7 +453,7 @@ fn each_link<'a>(setting: &'a Setting<'_>, state: &State, mut visit: impl FnMut(
             }
             let normal = away / distance;
             let arm = ball.place - normal * (0.5 * (ball.radius + distance)) - centre(slot);
-            let law = setting.pair(ball.material, material);
+            let law = setting.stiff_pair(ball.material, material);
             visit(Link { body: ball.body, normal, arm, law, weight: 1.0, mass });
         };
         for k in entries(&state.planes, slot) {
@@ -472,7 +481,7 @@ fn packed_bound(setting: &Setting<'_>) -> f64 {
         .into_iter()
         .collect();
     let stiffest = |material: u16| {
-        partners.iter().map(|other| setting.pair(material, *other).kn).fold(0.0, f64::max)
+        partners.iter().map(|other| setting.stiff_pair(material, *other).kn).fold(0.0, f64::max)
     };
     let mut order: Vec<(f64, u32)> = model
         .bodies
@@ -503,7 +512,7 @@ fn reach(spheres: &[Sphere]) -> f64 {
 fn packed_one(setting: &Setting<'_>, index: usize, partners: &[u16]) -> f64 {
     let model = setting.model;
     let body = &model.bodies[index];
-    let laws = partners.iter().map(|other| setting.pair(body.material, *other));
+    let laws = partners.iter().map(|other| setting.stiff_pair(body.material, *other));
     let kn = laws.clone().map(|law| law.kn).fold(0.0, f64::max);
     let kt = laws.clone().map(tangential).fold(0.0, f64::max);
     let zeta = laws

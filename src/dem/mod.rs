@@ -29,11 +29,15 @@
 //! edges is in [`surface`]. YADE's `wall` keeps its side when a centre crosses it;
 //! ours turns the normal round, as LIGGGHTS does.
 
+mod attraction;
 mod averaged;
+mod averaged_loops;
 mod averaged_motion;
 mod averaged_pass;
 mod checkpoint;
+mod contacts;
 mod drive;
+mod extra;
 mod far;
 mod far_tree;
 mod forces;
@@ -43,18 +47,24 @@ mod ledger;
 pub mod limit;
 mod motion;
 mod neighbours;
+mod rolling;
 mod servo;
 mod setting;
 mod state;
 mod surface;
 mod turn;
+mod walls;
 
 #[cfg(test)]
 mod reference;
 #[cfg(test)]
 mod test_averaged;
 #[cfg(test)]
+mod test_extra;
+#[cfg(test)]
 mod test_far;
+#[cfg(test)]
+mod test_oracles;
 #[cfg(test)]
 mod test_periodic;
 #[cfg(test)]
@@ -275,6 +285,111 @@ pub const METHODS: &[MethodEntry] = &[
         source: "",
         example: r#"plan.law.variant = { coulomb = "spring", history = "projected", arm = "radius" }"#,
     },
+    MethodEntry {
+        key: "linear",
+        id: "D5",
+        summary: "constant pull in contact that falls off linearly over a range",
+        source: "",
+        example: r#"contact = { kn = "10 kN/m", cohesion.linear = { pull = "1 mN", range = "10 um" } }"#,
+    },
+    MethodEntry {
+        key: "sjkr",
+        id: "D5",
+        summary: "cohesion energy density times contact circle, as in LIGGGHTS; exported",
+        source: "LIGGGHTS-PUBLIC 3.8.0; after Johnson, Kendall & Roberts 1971",
+        example: r#"contact = { kn = "10 kN/m", cohesion.sjkr = { energy_density = "50 kJ/m3" } }"#,
+    },
+    MethodEntry {
+        key: "sjkr2",
+        id: "D5",
+        summary: "the same with an area linear in the overlap; exported",
+        source: "LIGGGHTS-PUBLIC 3.8.0",
+        example: r#"contact = { kn = "10 kN/m", cohesion.sjkr2 = { energy_density = "50 kJ/m3" } }"#,
+    },
+    MethodEntry {
+        key: "dmt",
+        id: "D5",
+        summary: "constant pull 2 pi w R* in contact",
+        source: "Derjaguin, Muller & Toporov 1975",
+        example: r#"contact = { kn = "10 kN/m", cohesion.dmt = { work = "50 mJ/m2" } }"#,
+    },
+    MethodEntry {
+        key: "jkr",
+        id: "D5",
+        summary: "constant pull of the JKR pull-off force, 3/2 pi w R*, in contact; without its neck",
+        source: "Johnson, Kendall & Roberts 1971",
+        example: r#"contact = { kn = "10 kN/m", cohesion.jkr = { work = "50 mJ/m2" } }"#,
+    },
+    MethodEntry {
+        key: "bridge",
+        id: "D5",
+        summary: "liquid bridges of constant volume: form at contact, break at (1 + angle/2) V^(1/3)",
+        source: "Willett et al. 2000; Lian, Thornton & Adams 1993",
+        example: r#"contact = { kn = "10 kN/m", bridge = { surface_tension = "72 mN/m", volume = "1 nl" } }"#,
+    },
+    MethodEntry {
+        key: "electrostatics",
+        id: "D5",
+        summary: "charges on bodies, Coulomb's law with a cut-off",
+        source: "Coulomb 1785; shifted force: Toxvaerd & Dyre 2011",
+        example: r#"plan.electrostatics = { cutoff = "5 cm" }"#,
+    },
+    MethodEntry {
+        key: "van_der_waals",
+        id: "D7",
+        summary: "attraction of solid spheres and planes, exact in the gap, with a least gap and a cut-off",
+        source: "Hamaker 1937",
+        example: r#"contact = { kn = "10 kN/m", van_der_waals = { hamaker = "100 zJ", least_gap = "1 nm", cutoff = "100 nm" } }"#,
+    },
+    MethodEntry {
+        key: "born_mayer",
+        id: "D7",
+        summary: "exponential (Pauli) repulsion in the gap",
+        source: "Born & Mayer 1932",
+        example: r#"contact = { kn = "10 kN/m", born_mayer = { strength = "1 eV", decay = "0.3 nm", cutoff = "5 nm" } }"#,
+    },
+    MethodEntry {
+        key: "lennard_jones",
+        id: "D7",
+        summary: "12-6 potential between centres",
+        source: "Lennard-Jones 1931",
+        example: r#"contact = { kn = "10 kN/m", lennard_jones = { depth = "1 eV", size = "3 nm", cutoff = "9 nm" } }"#,
+    },
+    MethodEntry {
+        key: "cdt",
+        id: "rolling",
+        summary: "constant directional torque; exported",
+        source: "Zhou et al. 1999; as in LIGGGHTS-PUBLIC 3.8.0",
+        example: r#"contact = { kn = "10 kN/m", friction = 0.5, rolling.cdt = { coefficient = 0.1 } }"#,
+    },
+    MethodEntry {
+        key: "epsd",
+        id: "rolling",
+        summary: "elastic-plastic rolling spring with dashpot; exported",
+        source: "Iwashita & Oda 1998; Ai et al. 2011",
+        example: r#"contact = { kn = "10 kN/m", friction = 0.5, rolling.epsd = { coefficient = 0.1, damping = 0.3 } }"#,
+    },
+    MethodEntry {
+        key: "epsd2",
+        id: "rolling",
+        summary: "elastic-plastic rolling spring of the tangential stiffness; exported",
+        source: "Iwashita & Oda 1998; as in LIGGGHTS-PUBLIC 3.8.0",
+        example: r#"contact = { kn = "10 kN/m", friction = 0.5, rolling.epsd2 = { coefficient = 0.1 } }"#,
+    },
+    MethodEntry {
+        key: "local_damping",
+        id: "damping",
+        summary: "local (non-viscous) damping of accelerations; exported to YADE",
+        source: "Cundall 1982; as in YADE 2023.02a",
+        example: r#"plan.local_damping = 0.3"#,
+    },
+    MethodEntry {
+        key: "viscous_drag",
+        id: "damping",
+        summary: "global viscous damping, force -c v on every sphere; exported to LIGGGHTS (fix viscous)",
+        source: "LIGGGHTS-PUBLIC 3.8.0",
+        example: r#"plan.viscous_drag = "0.1 N s/m""#,
+    },
 ];
 
 /// Refuses what the model's invariants exclude but a kernel would turn into nonsense.
@@ -312,6 +427,9 @@ fn usable(model: &Model) -> Result<(), DemError> {
         }
     }
     periodic(model)?;
+    if let Some(problem) = extra::problem(model) {
+        return fault(problem);
+    }
     let size = model.contacts.size() as u16;
     for (a, b) in (0..size).flat_map(|a| (a..size).map(move |b| (a, b))) {
         let law = model.contacts.between(a, b);
@@ -341,6 +459,11 @@ fn periodic(model: &Model) -> Result<(), DemError> {
     if model.mutual.is_some() {
         return fault(
             "gravity between bodies in a periodic box would need Ewald sums, which are not there",
+        );
+    }
+    if model.needs().extra() {
+        return fault(
+            "cohesion, bridges, potentials, charges and rolling resistance look for pairs without images: not in a periodic box",
         );
     }
     for wall in &model.walls {

@@ -27,14 +27,19 @@ pub fn finish(setting: &Setting<'_>, state: &mut State) {
     }
 }
 
-/// Kick and drift to the place of the next force pass. True if some sphere has
-/// moved so far that the lists are no longer valid (or is nowhere).
-pub fn advance(setting: &Setting<'_>, state: &mut State) -> bool {
+/// Kick and drift to the place of the next force pass; before that the second half kick of
+/// the last step, if it is `owed`. True if some sphere has moved so far that the lists are no
+/// longer valid (or is nowhere).
+pub fn advance(setting: &Setting<'_>, state: &mut State, owed: bool) -> bool {
     let step = setting.step;
     let kick = if setting.scheme == Scheme::Yade { step } else { 0.5 * step };
     state.step += 1;
     let room = room(setting, state);
-    let mut far = move_alone(setting, state, kick, room * room);
+    let owed = owed && setting.scheme != Scheme::Yade;
+    let mut far = move_alone(setting, state, kick, owed, room * room);
+    if owed {
+        kick_solids(setting, state, kick);
+    }
     if setting.scheme != Scheme::Yade {
         kick_solids(setting, state, kick);
     }
@@ -64,17 +69,31 @@ fn within(way: &Vec3, square: f64) -> bool {
     way.norm_squared() <= square
 }
 
-/// Kicks and moves the balls that are bodies by themselves; true if one went too far.
-fn move_alone(setting: &Setting<'_>, state: &mut State, kick: f64, square: f64) -> bool {
+/// Kicks (twice if a kick is `owed`) and moves the balls that are bodies by themselves;
+/// true if one went too far.
+fn move_alone(
+    setting: &Setting<'_>,
+    state: &mut State,
+    kick: f64,
+    owed: bool,
+    square: f64,
+) -> bool {
     let (gravity, step) = (setting.gravity, setting.step);
     let mut far = false;
     let fixed = state.loads.iter().zip(&state.light).zip(&state.built);
     for (ball, ((load, light), built)) in state.balls.iter_mut().zip(fixed) {
         if ball.alone {
-            ball.velocity += (load.force * light.mass + gravity) * kick;
+            let gain = (load.force * light.mass + gravity) * kick;
+            if owed {
+                ball.velocity += gain;
+            }
+            ball.velocity += gain;
             ball.place += ball.velocity * step;
             far |= !within(&(ball.place - built), square);
         }
+    }
+    if owed {
+        kick_spins(setting, state, kick);
     }
     kick_spins(setting, state, kick);
     far

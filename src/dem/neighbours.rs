@@ -401,7 +401,8 @@ fn faces(setting: &Setting<'_>, state: &State, time: f64, memory: &[(u64, Record
     if count == 0 {
         return List { start: vec![0; state.balls.len() + 1], ..List::default() };
     }
-    let now: Vec<[Vec3; 3]> = (0..count).map(|face| face_at(setting, face, time)).collect();
+    let mut now = Vec::new();
+    faces_at(setting, time, &mut now);
     let largest = state.balls.iter().map(|ball| ball.radius).fold(0.0, f64::max);
     let skin = setting.skin + 2.0 * state.sweep;
     let bins = Bins::new(&now, 2.0 * largest + skin, count + state.balls.len());
@@ -419,6 +420,12 @@ fn faces(setting: &Setting<'_>, state: &State, time: f64, memory: &[(u64, Record
 pub fn face_at(setting: &Setting<'_>, face: usize, time: f64) -> [Vec3; 3] {
     let wall = setting.surfaces.wall[face] as usize;
     setting.surfaces.start[face].map(|corner| setting.wall_place(wall, &corner, time))
+}
+
+/// Corners of all triangles at `time`, s.
+pub fn faces_at(setting: &Setting<'_>, time: f64, faces: &mut Vec<[Vec3; 3]>) {
+    faces.clear();
+    faces.extend((0..setting.surfaces.start.len()).map(|face| face_at(setting, face, time)));
 }
 
 /// A list of what `find` finds for each ball, with remembered contacts.

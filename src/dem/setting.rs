@@ -1,5 +1,6 @@
 //! What does not change during a run, laid out for the kernels.
 
+use super::extra::{self, Fixed};
 use super::law::Kept;
 use super::servo::{Servo, WallNow};
 use super::surface::Surfaces;
@@ -36,7 +37,12 @@ pub struct Setting<'a> {
     pub walls: Vec<WallNow>,
     /// Indices of plane walls in `model.walls`.
     pub planes: Vec<u16>,
+    /// Fixed values of forces besides the linear contact.
+    pub extra: Fixed,
+    /// Parameters between spheres and their radius, if all are alike.
+    pub alike: Option<(Contact, f64)>,
     table: Vec<Contact>,
+    stiff: Vec<Contact>,
     materials: usize,
 }
 
@@ -96,6 +102,9 @@ impl<'a> Setting<'a> {
                 .map(|w| WallNow::of(&w.motion, &Servo::default(), 0.0))
                 .collect(),
             planes,
+            extra: Fixed::new(model),
+            stiff: extra::stiffened(model),
+            alike: alike(model),
             table,
             materials,
         }
@@ -154,6 +163,11 @@ impl<'a> Setting<'a> {
     #[inline(always)]
     pub fn pair(&self, a: u16, b: u16) -> &Contact {
         &self.table[a as usize * self.materials + b as usize]
+    }
+
+    /// The same with the stiffness of attraction and rolling added, for the step limit.
+    pub fn stiff_pair(&self, a: u16, b: u16) -> &Contact {
+        &self.stiff[a as usize * self.materials + b as usize]
     }
 
     /// Plane number `index` of [`Setting::planes`] at `time`, s.
@@ -215,6 +229,14 @@ impl<'a> Setting<'a> {
         };
         self.model.walls.iter().map(|wall| travel(&wall.motion)).fold(0.0, f64::max)
     }
+}
+
+/// Parameters between spheres and their radius, if all spheres are of one material and size.
+fn alike(model: &Model) -> Option<(Contact, f64)> {
+    let (material, radius) = (model.bodies.first()?.material, model.spheres.first()?.radius);
+    let same = model.bodies.iter().all(|body| body.material == material)
+        && model.spheres.iter().all(|sphere| sphere.radius == radius);
+    same.then(|| (*model.contacts.between(material, material), radius))
 }
 
 /// Angular velocity of a wall, rad/s.

@@ -1,5 +1,6 @@
 //! What changes during a run: bodies, spheres in memory order, candidate lists.
 
+use super::extra::Links;
 use super::law::Book;
 use super::ledger::Ledger;
 use super::servo::Servo;
@@ -9,9 +10,9 @@ use crate::model::{BodyState, Frame, Scheme};
 use crate::num::{Rotation, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// What pair forces need of a sphere: one cache line.
+/// What pair forces need of a sphere: one cache line, centre and radius side by side.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[repr(align(64))]
+#[repr(C, align(64))]
 pub struct Ball {
     /// Centre, m.
     pub place: Vec3,
@@ -112,6 +113,8 @@ pub struct State {
     pub sweep: f64,
     /// Servo walls, one entry each wall; empty if there is none.
     pub servos: Vec<Servo>,
+    /// Pairs with forces besides the linear contact.
+    pub links: Links,
     /// Energy book-keeping.
     pub ledger: Ledger,
 }
@@ -141,6 +144,7 @@ impl State {
                 true => vec![Servo::default(); model.walls.len()],
                 false => Vec::new(),
             },
+            links: Links::default(),
             ledger: Ledger::default(),
         };
         // YADE stores velocities half a step early.

@@ -24,6 +24,7 @@ pub fn empty(scheme: Scheme, contact: Contact) -> Model {
         spheres: Vec::new(),
         materials: vec![Material { name: "grain".to_owned(), density: DENSITY }],
         contacts: ContactTable::uniform(1, contact),
+        extra: Extra::default(),
         walls: Vec::new(),
         gravity: Vec3::zeros(),
         mutual: None,

@@ -25,6 +25,12 @@ pub enum GeometryError {
         /// What the kernel says.
         reason: String,
     },
+    /// A random method gave nothing to make a surface of.
+    #[error("{reason}")]
+    Method {
+        /// Why.
+        reason: String,
+    },
     /// Points without a hull.
     #[error("no convex hull: {reason}")]
     NoHull {

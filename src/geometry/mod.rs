@@ -11,7 +11,9 @@ pub mod distance;
 pub mod grid;
 pub mod mass;
 pub mod mesh;
+pub mod polyhedron;
 pub mod primitive;
+pub mod refine;
 pub mod region;
 #[cfg(test)]
 pub mod samples;

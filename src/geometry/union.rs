@@ -11,7 +11,7 @@
 
 use super::check;
 use super::error::GeometryError;
-use super::{Mesh, MeshFault};
+use super::{Mesh, MeshFault, topology};
 use crate::num::Vec3;
 use boolmesh::prelude::{Manifold, OpType, compute_boolean};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -41,6 +41,56 @@ pub fn unite(solids: &[Mesh]) -> Result<Mesh, GeometryError> {
     let (mut sum, _) = check::solid_in_double(sum).map_err(refused("the union".to_owned()))?;
     sort(&mut sum);
     Ok(sum)
+}
+
+/// As [`unite`], for many solids, with cavities filled: also returns how many
+/// there were. The solids are united in halves, quarters and so on, so that n
+/// of them cost O(n log n) instead of O(n²) where neighbours in the list are
+/// neighbours in space.
+pub fn unite_filled(solids: &[Mesh]) -> Result<(Mesh, usize), GeometryError> {
+    let refused = |what: String| move |fault: MeshFault| GeometryError::NoSolid { what, fault };
+    let mut parts = Vec::with_capacity(solids.len());
+    for (index, solid) in solids.iter().enumerate() {
+        let (part, _) =
+            check::solid_in_double(solid.clone()).map_err(refused(format!("solid {index}")))?;
+        parts.push(manifold(&part).map_err(|reason| GeometryError::Union { index, reason })?);
+    }
+    let mut width = 1;
+    while parts.len() > 1 {
+        let mut joined = Vec::with_capacity(parts.len().div_ceil(2));
+        let mut rest = parts.into_iter();
+        while let Some(first) = rest.next() {
+            let Some(second) = rest.next() else {
+                joined.push(first);
+                break;
+            };
+            let index = (2 * joined.len() + 1) * width;
+            joined.push(
+                add(&first, &second).map_err(|reason| GeometryError::Union { index, reason })?,
+            );
+        }
+        parts = joined;
+        width *= 2;
+    }
+    let mut sum = mesh(parts.first().ok_or(GeometryError::NothingToUnite)?);
+    let cavities = fill_cavities(&mut sum);
+    let (mut sum, _) = check::solid_in_double(sum).map_err(refused("the union".to_owned()))?;
+    sort(&mut sum);
+    Ok((sum, cavities))
+}
+
+/// Drops pieces of the surface that enclose a cavity: those of negative volume.
+fn fill_cavities(mesh: &mut Mesh) -> usize {
+    let (piece, pieces) = topology::pieces(mesh);
+    let shift = mesh.bounds().centre();
+    let mut volumes = vec![0.0; pieces];
+    for (corners, piece) in mesh.facets().zip(&piece) {
+        let [a, b, c] = corners.map(|p| p - shift);
+        volumes[*piece as usize] += a.dot(&b.cross(&c));
+    }
+    let mut numbers = piece.iter();
+    mesh.triangles.retain(|_| numbers.next().is_none_or(|piece| volumes[*piece as usize] > 0.0));
+    volumes.iter().filter(|volume| **volume <= 0.0).count()
 }
 
 fn add(first: &Manifold, second: &Manifold) -> Result<Manifold, String> {
@@ -158,6 +208,31 @@ mod tests {
         assert!((alone.mass_properties().volume - 1.0).abs() < 1e-12);
         assert_eq!(unite(&[]), Err(GeometryError::NothingToUnite));
         assert!(unite(&[Mesh::default()]).is_err());
+    }
+
+    #[test]
+    fn uniting_in_halves_gives_the_same_solid_and_fills_cavities() {
+        // Six plates around an empty middle.
+        let plates: Vec<Mesh> = (0..6)
+            .map(|face| {
+                let mut edges = Vec3::repeat(3.0 + 0.1 * f64::from(face));
+                edges[face as usize % 3] = 1.0;
+                let mut centre = Vec3::zeros();
+                centre[face as usize % 3] = if face < 3 { -1.2 } else { 1.2 };
+                let rotation = Rotation::identity();
+                Posed { primitive: Primitive::Box { edges }, rotation, centre }.mesh(3)
+            })
+            .collect();
+        let (filled, cavities) = unite_filled(&plates).expect("one piece");
+        assert_eq!(cavities, 1);
+        assert!(unite(&plates).is_err(), "the cavity is a second surface");
+        let whole = filled.mass_properties().volume;
+        let hollow = plates[0].mass_properties().volume;
+        assert!(whole > 27.0 && hollow < 11.0, "{whole}");
+        let row: Vec<Mesh> = (0..5).map(|i| cube_at(0.7 * f64::from(i), 0.1, 0.0)).collect();
+        let (joined, none) = unite_filled(&row).expect("a row");
+        assert_eq!(none, 0);
+        assert!((joined.mass_properties().volume - 3.8).abs() < 1e-12);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 
 pub mod body;
 pub mod contact;
+pub mod extra;
 pub mod far;
 pub mod needs;
 pub mod plan;
@@ -13,6 +14,7 @@ pub mod wall;
 
 pub use body::{Body, Material, Sphere};
 pub use contact::{Contact, ContactTable};
+pub use extra::{Extra, PairForces};
 pub use far::{FarMethod, MutualGravity, TreeParameters};
 pub use needs::Needs;
 pub use plan::{Arm, Coulomb, History, Law, Plan, Scheme, StepReason};
@@ -66,6 +68,8 @@ pub struct Model {
     pub materials: Vec<Material>,
     /// Contact parameters of every pair of materials.
     pub contacts: ContactTable,
+    /// Attraction, rolling resistance and drag; empty in most scenes.
+    pub extra: Extra,
     /// Walls, still or moving.
     pub walls: Vec<Wall>,
     /// Acceleration of gravity, m/s².

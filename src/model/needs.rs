@@ -31,6 +31,18 @@ pub struct Needs {
     pub local_damping: bool,
     /// Space repeats itself along some axes.
     pub periodic: bool,
+    /// Attraction in contact.
+    pub cohesion: bool,
+    /// Liquid bridges.
+    pub bridges: bool,
+    /// Van der Waals, Born-Mayer or Lennard-Jones forces.
+    pub molecular: bool,
+    /// Electrostatic forces.
+    pub charges: bool,
+    /// Resistance to rolling.
+    pub rolling: bool,
+    /// Drag on every sphere.
+    pub drag: bool,
     /// At least one plane wall along an axis.
     pub planes: bool,
     /// At least one plane wall that is not along an axis.
@@ -71,6 +83,14 @@ impl Needs {
             tangential_damping: friction && pairs().any(|c| c.ct > 0.0),
             local_damping: model.local_damping > 0.0,
             periodic: model.periodic.is_some(),
+            cohesion: model.extra.any(|f| f.cohesion.is_some()),
+            bridges: model.extra.any(|f| f.bridge.is_some()),
+            molecular: model.extra.any(|f| {
+                f.van_der_waals.is_some() || f.born_mayer.is_some() || f.lennard_jones.is_some()
+            }),
+            charges: model.extra.charges.is_some(),
+            rolling: model.extra.any(|f| f.rolling.is_some()),
+            drag: model.extra.drag > 0.0,
             planes: wall(&|w| w.shape.axis_plane().is_some()),
             oblique_planes: wall(&|w| {
                 matches!(w.shape, WallShape::Plane { .. }) && w.shape.axis_plane().is_none()
@@ -87,8 +107,13 @@ impl Needs {
         }
     }
 
+    /// Whether the pass for forces besides the linear contact is made at all.
+    pub fn extra(&self) -> bool {
+        self.cohesion || self.bridges || self.molecular || self.charges || self.rolling
+    }
+
     /// Every need with its key, what it is for people, and whether this scene has it.
-    pub fn table(&self) -> [(&'static str, &'static str, bool); 19] {
+    pub fn table(&self) -> [(&'static str, &'static str, bool); 25] {
         [
             ("discs", "two dimensions (discs of unit thickness)", self.discs),
             ("spheres", "single spheres", self.spheres),
@@ -102,6 +127,12 @@ impl Needs {
             ("tangential_damping", "tangential dashpot", self.tangential_damping),
             ("local_damping", "local (non-viscous) damping", self.local_damping),
             ("periodic", "periodic box", self.periodic),
+            ("cohesion", "attraction in contact", self.cohesion),
+            ("bridges", "liquid bridges", self.bridges),
+            ("molecular", "van der Waals and repulsive potentials", self.molecular),
+            ("charges", "electrostatic forces", self.charges),
+            ("rolling", "resistance to rolling", self.rolling),
+            ("drag", "viscous drag on every sphere", self.drag),
             ("planes", "plane walls along the axes", self.planes),
             ("oblique_planes", "oblique plane walls", self.oblique_planes),
             ("meshes", "mesh walls", self.meshes),

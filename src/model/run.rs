@@ -83,6 +83,14 @@ pub struct SeriesRow {
     pub slip: f64,
     /// Dissipated by local damping since time 0.
     pub local_damping: f64,
+    /// Potential energy of attraction and repulsion at a distance and of cohesion.
+    pub attraction: f64,
+    /// Dissipated by resistance to rolling since time 0.
+    pub rolling: f64,
+    /// Freed where liquid bridges formed since time 0.
+    pub wetting: f64,
+    /// Dissipated by drag since time 0.
+    pub drag: f64,
     /// Work done on the bodies by moving walls since time 0.
     pub wall_work: f64,
     /// Kinetic + elastic + gravitational + dissipated − wall work − its value at time 0.

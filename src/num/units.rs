@@ -133,7 +133,7 @@ macro_rules! quantity {
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 quantity!(/// Metres.
-    Length, "length", [("mm", 1e-3), ("m", 1.0), ("cm", 1e-2), ("um", 1e-6), ("µm", 1e-6), ("km", 1e3), ("in", 0.0254)]);
+    Length, "length", [("mm", 1e-3), ("m", 1.0), ("cm", 1e-2), ("um", 1e-6), ("µm", 1e-6), ("nm", 1e-9), ("km", 1e3), ("in", 0.0254)]);
 quantity!(/// Seconds.
     Time, "time", [("ms", 1e-3), ("s", 1.0), ("us", 1e-6), ("µs", 1e-6), ("ns", 1e-9), ("min", 60.0), ("h", 3600.0)]);
 quantity!(/// Radians.
@@ -154,6 +154,18 @@ quantity!(/// Newton seconds per metre.
     Damping, "damping coefficient", [("N s/m", 1.0), ("Ns/m", 1.0), ("kg/s", 1.0)]);
 quantity!(/// Pascals.
     Pressure, "pressure", [("MPa", 1e6), ("Pa", 1.0), ("kPa", 1e3), ("GPa", 1e9), ("N/m2", 1.0)]);
+quantity!(/// Newtons.
+    Force, "force", [("mN", 1e-3), ("N", 1.0), ("uN", 1e-6), ("µN", 1e-6), ("nN", 1e-9), ("kN", 1e3)]);
+quantity!(/// Joules.
+    Energy, "energy", [("J", 1.0), ("mJ", 1e-3), ("uJ", 1e-6), ("µJ", 1e-6), ("nJ", 1e-9), ("zJ", 1e-21), ("eV", 1.602_176_634e-19)]);
+quantity!(/// Joules per cubic metre.
+    EnergyDensity, "energy density", [("J/m3", 1.0), ("J/m^3", 1.0), ("J/m³", 1.0), ("kJ/m3", 1e3), ("Pa", 1.0), ("kPa", 1e3)]);
+quantity!(/// Newtons per metre, joules per square metre.
+    SurfaceTension, "surface tension or work of adhesion", [("mN/m", 1e-3), ("N/m", 1.0), ("J/m2", 1.0), ("J/m^2", 1.0), ("mJ/m2", 1e-3)]);
+quantity!(/// Cubic metres.
+    Volume, "volume", [("mm3", 1e-9), ("m3", 1.0), ("m^3", 1.0), ("ul", 1e-9), ("nl", 1e-12), ("pl", 1e-15), ("ml", 1e-6), ("l", 1e-3)]);
+quantity!(/// Coulombs.
+    Charge, "charge", [("nC", 1e-9), ("C", 1.0), ("uC", 1e-6), ("µC", 1e-6), ("pC", 1e-12), ("fC", 1e-15), ("e", 1.602_176_634e-19)]);
 
 #[cfg(test)]
 mod tests {

@@ -19,7 +19,7 @@ fn line(name: impl Into<String>, points: Vec<(f64, f64)>) -> Series {
 /// over time; terms that are 0 throughout are left out.
 pub fn energies(rows: &[SeriesRow]) -> Chart {
     type Term = (&'static str, fn(&SeriesRow) -> f64);
-    let terms: [Term; 8] = [
+    let terms: [Term; 12] = [
         ("kinetic", |r| r.kinetic),
         ("elastic", |r| r.elastic),
         ("gravitational", |r| r.gravitational),
@@ -27,6 +27,10 @@ pub fn energies(rows: &[SeriesRow]) -> Chart {
         ("tangential dashpot", |r| r.tangential_dashpot),
         ("slip", |r| r.slip),
         ("local damping", |r| r.local_damping),
+        ("attraction", |r| r.attraction),
+        ("rolling resistance", |r| r.rolling),
+        ("forming of bridges", |r| r.wetting),
+        ("drag", |r| r.drag),
         ("work of walls", |r| r.wall_work),
     ];
     let series = terms

@@ -60,6 +60,7 @@ pub fn model(side: usize) -> Model {
             1,
             Contact { kn: 1e5, kt: 2e4, cn: 2.0, ct: 0.0, friction: 0.5 },
         ),
+        extra: crate::model::Extra::default(),
         walls: Vec::new(),
         gravity: Vec3::new(0.0, 0.0, -9.81),
         mutual: None,

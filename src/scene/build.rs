@@ -89,6 +89,7 @@ pub fn build(
         spheres,
         materials: contacts.materials,
         contacts: contacts.table,
+        extra: contacts.extra,
         walls,
         gravity,
         mutual: scene.plan.mutual_gravity,

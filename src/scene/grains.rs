@@ -3,9 +3,10 @@
 use super::Loaded;
 use super::parameters::{Family, Size};
 use crate::clump::{self, Clump};
+use crate::geometry::MeshFault;
 use crate::num::random::{stream, uniform};
 use crate::num::{Fault, Job};
-use crate::shape::{self, Shape, Solid};
+use crate::shape::{self, Drawn, Made, Shape, ShapeError, Solid};
 use std::path::Path;
 
 /// One distinct grain: what it is drawn from.
@@ -96,17 +97,17 @@ pub fn copies(loaded: &Loaded, draws: &[Draw]) -> Vec<u32> {
     copies
 }
 
-/// The true shape of a draw; `None` for spheres and discs.
+/// The true shape of a draw, with its statistics; `None` for spheres and discs.
 ///
 /// # Errors
 /// A fault under the family's `shape` if its files cannot be used or no valid grain was drawn.
-pub fn solid(loaded: &Loaded, draw: &Draw) -> Result<Option<Solid>, Fault> {
+pub fn made(loaded: &Loaded, draw: &Draw) -> Result<Option<Made>, Fault> {
     let family = &loaded.scene.grains[draw.family as usize];
     if matches!(family.shape, Shape::Sphere) {
         return Ok(None);
     }
     let purpose = format!("shape {}", family.name);
-    shape::generate(
+    shape::make(
         &family.shape,
         &family.name,
         u64::from(draw.index),
@@ -116,10 +117,25 @@ pub fn solid(loaded: &Loaded, draw: &Draw) -> Result<Option<Solid>, Fault> {
         loaded.base(),
     )
     .map(Some)
-    .map_err(|error| {
-        let key = format!("grains[{}].shape", draw.family);
-        Fault::new(key, error.to_string(), "a shape that gives closed solids of one piece")
-    })
+    .map_err(|error| no_solid(draw, &error))
+}
+
+fn no_solid(draw: &Draw, error: &ShapeError) -> Fault {
+    let key = format!("grains[{}].shape", draw.family);
+    Fault::new(key, error.to_string(), "a shape that gives closed solids of one piece")
+}
+
+/// What the method of a draw gives at first, valid grain or not, and why not;
+/// `None` for shapes that are not drawn.
+///
+/// # Errors
+/// A fault under the family's `shape` if nothing at all was drawn.
+pub fn as_drawn(loaded: &Loaded, draw: &Draw) -> Result<Option<(Drawn, Option<MeshFault>)>, Fault> {
+    let family = &loaded.scene.grains[draw.family as usize];
+    let purpose = format!("shape {}", family.name);
+    let (index, seed) = (u64::from(draw.index), loaded.scene.seed);
+    shape::first_draw(&family.shape, index, draw.size, seed, &purpose)
+        .map_err(|error| no_solid(draw, &error))
 }
 
 /// The clump of a draw.

@@ -10,8 +10,9 @@
 
 use super::Scene;
 use super::parameters::ContactParameters;
+use crate::model::extra::Charges;
 use crate::model::restitution::{dashpot, ratio_of, restitution};
-use crate::model::{Contact, ContactTable, Material};
+use crate::model::{Contact, ContactTable, Extra, Material};
 use crate::num::Fault;
 use crate::num::statistics::median;
 
@@ -35,6 +36,8 @@ pub struct Contacts {
     pub of_walls: Vec<u16>,
     /// Contact parameters by pair of model materials.
     pub table: ContactTable,
+    /// Forces besides the linear contact, by pair of model materials.
+    pub extra: Extra,
     /// One entry for each pair that can touch.
     pub pairs: Vec<PairFacts>,
 }
@@ -111,6 +114,13 @@ pub fn contacts(
     let unset = Contact { kn: 1.0, kt: 0.0, cn: 0.0, ct: 0.0, friction: 0.0 };
     let mut table = ContactTable::uniform(materials.len(), unset);
     let mut pairs = Vec::new();
+    let mut extra = Extra::default();
+    extra.drag = scene.plan.viscous_drag.0;
+    if let Some(field) = scene.plan.electrostatics {
+        let charge = |of: &usize| scene.materials.values().nth(*of).and_then(|m| m.charge);
+        let of_material = origin.iter().map(|of| charge(of).map_or(0.0, |q| q.0)).collect();
+        extra.charges = Some(Charges { of_material, field });
+    }
     let shared = sides.iter().flatten().next().copied();
     for a in 0..materials.len() {
         for b in a..materials.len() {
@@ -124,6 +134,10 @@ pub fn contacts(
             let facts = pair(parameters, first, second, scene.plan.law().tension)
                 .map_err(|f| f.under(&key))?;
             table.set(a as u16, b as u16, facts.contact);
+            let forces = parameters.forces();
+            if !forces.is_empty() {
+                extra.set(materials.len(), a as u16, b as u16, forces);
+            }
             let touching_walls =
                 wall_materials.iter().any(|w| [a, b].contains(&(of_walls[*w as usize] as usize)));
             if sides[a].is_some() && sides[b].is_some()
@@ -134,7 +148,7 @@ pub fn contacts(
             }
         }
     }
-    Ok(Contacts { materials, of_walls, table, pairs })
+    Ok(Contacts { materials, of_walls, table, extra, pairs })
 }
 
 /// True if some contact of this material has a dashpot or stiffness that differs between grains and walls.

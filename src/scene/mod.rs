@@ -4,6 +4,7 @@
 
 pub mod build;
 pub mod comparing;
+pub mod drawing;
 pub mod file;
 pub mod grading;
 pub mod grains;

@@ -2,6 +2,7 @@
 //! is done once, and is taken from the output folder where nothing has changed.
 
 use super::build::{self, Built};
+use super::drawing;
 use super::grains::{self, Draw, Grain};
 use super::store::{Running, Store, key};
 use super::walls::Room;
@@ -11,7 +12,7 @@ use crate::format::{self, FormatError};
 use crate::num::{Fault, Job};
 use crate::pack::Packing;
 use crate::shape::descriptors::describe;
-use crate::shape::{Shape, Solid};
+use crate::shape::{Made, Shape, Solid};
 use crate::solver::SolverError;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -171,7 +172,7 @@ impl Road {
     fn generate(&mut self, draws: &[Draw], key: &str) -> Result<(), RoadError> {
         let mut running = self.store.begin("generate", key)?;
         let done = std::sync::atomic::AtomicU64::new(0);
-        let made: Vec<Option<Solid>> = in_pool(&self.job, || {
+        let made: Vec<Option<Made>> = in_pool(&self.job, || {
             draws
                 .par_iter()
                 .map(|draw| {
@@ -179,14 +180,14 @@ impl Road {
                         return Err(RoadError::Cancelled);
                     }
                     let solid =
-                        grains::solid(&self.loaded, draw).map_err(|fault| self.wrong(fault))?;
+                        grains::made(&self.loaded, draw).map_err(|fault| self.wrong(fault))?;
                     let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
                     self.job.report("grains", count, draws.len() as u64);
                     Ok(solid)
                 })
                 .collect::<Result<_, _>>()
         })?;
-        let solids: Vec<&Solid> = made.iter().flatten().collect();
+        let solids: Vec<&Solid> = made.iter().flatten().map(|made| &made.solid).collect();
         for solid in &solids {
             let path = self.store.prepare(&mut running, &format!("shapes/{}.stl", solid.name))?;
             format::stl::write(&path, &solid.mesh)?;
@@ -199,7 +200,22 @@ impl Road {
             self.store.write(&mut running, "shapes/shapes.json", |out| {
                 Ok(serde_json::to_writer_pretty(out, &remembered)?)
             })?;
-            self.store.write(&mut running, "shapes/shapes.csv", |out| write_table(out, &solids))?;
+            self.store.write(&mut running, "shapes/shapes.csv", |out| {
+                in_pool(&self.job, || write_table(out, &solids))
+            })?;
+        }
+        if made.iter().flatten().any(|made| !made.facts.is_empty()) {
+            let facts: Vec<_> = made
+                .iter()
+                .flatten()
+                .map(|made| (made.solid.name.as_str(), &made.facts[..]))
+                .collect();
+            self.store.write(&mut running, "shapes/statistics.csv", |out| {
+                drawing::write_facts(out, &facts)
+            })?;
+            for (name, svg) in drawing::distributions(&self.loaded, draws, &made) {
+                self.store.write(&mut running, &name, |out| out.write_all(svg.as_bytes()))?;
+            }
         }
         running.count("shapes", solids.len());
         if solids.is_empty() {
@@ -345,17 +361,19 @@ impl Road {
 }
 
 /// `shapes.csv`: descriptors in SI units, one row a solid.
-fn write_table(out: &mut dyn Write, solids: &[&Solid]) -> std::io::Result<()> {
+fn write_table(out: &mut (dyn Write + Send), solids: &[&Solid]) -> std::io::Result<()> {
     writeln!(
         out,
         "name,volume,area,volume_diameter,area_diameter,long,intermediate,short,elongation,flatness,\
-         zingg,krumbein_sphericity,projection_sphericity,wadell_sphericity,convexity,recipe"
+         zingg,krumbein_sphericity,projection_sphericity,wadell_sphericity,convexity,roundness,\
+         roughness,inscribed_diameter,recipe"
     )?;
-    for solid in solids {
-        let d = describe(&solid.mesh).map_err(std::io::Error::other)?;
+    let described: Vec<_> = solids.par_iter().map(|solid| describe(&solid.mesh)).collect();
+    for (solid, described) in solids.iter().zip(described) {
+        let d = described.map_err(std::io::Error::other)?;
         writeln!(
             out,
-            "{},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:?},{:e},{:e},{:e},{:e},\"{}\"",
+            "{},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:?},{:e},{:e},{:e},{:e},{:e},{:e},{:e},\"{}\"",
             solid.name,
             d.volume,
             d.area,
@@ -371,6 +389,9 @@ fn write_table(out: &mut dyn Write, solids: &[&Solid]) -> std::io::Result<()> {
             d.projection_sphericity,
             d.wadell_sphericity,
             d.convexity,
+            d.roundness,
+            d.roughness,
+            d.inscribed_diameter,
             solid.recipe.replace('"', "'")
         )?;
     }

@@ -266,13 +266,13 @@ pub fn particles(model: &Model, frame: &Frame) -> Particles {
 fn write_series(out: &mut dyn Write, rows: &[SeriesRow]) -> std::io::Result<()> {
     writeln!(
         out,
-        "t,step,kinetic,elastic,gravitational,normal_dashpot,tangential_dashpot,slip,local_damping,wall_work,\
+        "t,step,kinetic,elastic,gravitational,normal_dashpot,tangential_dashpot,slip,local_damping,attraction,rolling,wetting,drag,wall_work,\
          energy_error,contacts,coordination,worst_overlap,momentum"
     )?;
     for r in rows {
         writeln!(
             out,
-            "{:e},{},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{},{:e},{:e},{:e}",
+            "{:e},{},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{},{:e},{:e},{:e}",
             r.time,
             r.step,
             r.kinetic,
@@ -282,6 +282,10 @@ fn write_series(out: &mut dyn Write, rows: &[SeriesRow]) -> std::io::Result<()> 
             r.tangential_dashpot,
             r.slip,
             r.local_damping,
+            r.attraction,
+            r.rolling,
+            r.wetting,
+            r.drag,
             r.wall_work,
             r.energy_error,
             r.contacts,

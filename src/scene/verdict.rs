@@ -172,7 +172,7 @@ fn sample(loaded: &Loaded, job: &Job) -> Result<(Built, f64, Option<f64>), Fault
         let plain = matches!(family.shape, crate::shape::Shape::Sphere);
         let most = if plain { PLAIN_SAMPLES } else { SAMPLES };
         for draw in draws.iter().filter(|draw| draw.family == number as u16).take(most) {
-            let solid = grains::solid(loaded, draw)?;
+            let solid = grains::made(loaded, draw)?.map(|made| made.solid);
             let clump = grains::reproduce(loaded, draw, solid.as_ref(), job)?;
             samples.push(Grain { family: draw.family, solid, clump });
         }

@@ -2,17 +2,58 @@
 //!
 //! [`generate`] makes one grain; [`descriptors::describe`] measures it.
 
+pub mod balloon;
+pub mod base;
+pub mod cells;
+pub mod crumple;
 pub mod descriptors;
+pub mod draw;
+pub mod field;
 pub mod files;
+pub mod growth;
+pub mod harmonics;
+mod methods;
+pub mod midpoint;
+pub mod node_spheres;
+pub mod noise;
+pub mod patir;
+pub mod polyhedron;
+pub mod rain;
+pub mod rough;
+pub mod roundness;
+pub mod sponge;
+pub mod superquadric;
+pub mod tailored;
+pub mod turned_rain;
 pub mod union_of_solids;
+pub mod voronoi;
+pub mod whitehouse;
 
+pub use balloon::BalloonParameters;
+pub use crumple::CrumpleParameters;
 pub use descriptors::Descriptors;
+pub use draw::{Draw, Drawn, Fact};
 pub use files::FileParameters;
+pub use growth::GrowthParameters;
+pub use harmonics::HarmonicsParameters;
+pub use methods::METHODS;
+pub use midpoint::MidpointParameters;
+pub use node_spheres::NodeSphereParameters;
+pub use noise::NoiseParameters;
+pub use patir::PatirParameters;
+pub use polyhedron::PolyhedronParameters;
+pub use rain::RainParameters;
+pub use sponge::SpongeParameters;
+pub use superquadric::SuperquadricParameters;
+pub use tailored::TailoredParameters;
+pub use turned_rain::TurnedRainParameters;
 pub use union_of_solids::UnionParameters;
+pub use voronoi::VoronoiParameters;
+pub use whitehouse::WhitehouseParameters;
 
 use crate::format::{self, FormatError};
 use crate::geometry::{GeometryError, MassProperties, Mesh, MeshFault, Primitive, check};
-use crate::num::{Fault, MethodEntry, random};
+use crate::num::{Fault, random};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -52,39 +93,39 @@ pub enum Shape {
     Union(UnionParameters),
     /// Solids from files.
     Files(FileParameters),
+    /// Spheres at random nodes of a volume.
+    NodeSpheres(NodeSphereParameters),
+    /// Inflated base volume.
+    Balloon(BalloonParameters),
+    /// Rain of cubes on a grid.
+    Rain(RainParameters),
+    /// Rain of turned cubes.
+    TurnedRain(TurnedRainParameters),
+    /// Random growth of a cube.
+    Growth(GrowthParameters),
+    /// Sponge with cubes removed at random.
+    Sponge(SpongeParameters),
+    /// Rough surface by linear transformation.
+    Patir(PatirParameters),
+    /// Rough surface from its autocorrelation.
+    Whitehouse(WhitehouseParameters),
+    /// Crumpled sheet.
+    Crumple(CrumpleParameters),
+    /// Fractal surface by midpoint displacement.
+    Midpoint(MidpointParameters),
+    /// Spherical harmonics with a given spectrum.
+    Harmonics(HarmonicsParameters),
+    /// Polyhedra cut by random planes.
+    Polyhedron(PolyhedronParameters),
+    /// Voronoi cells.
+    Voronoi(VoronoiParameters),
+    /// Superquadrics.
+    Superquadric(SuperquadricParameters),
+    /// Ellipsoids displaced by noise.
+    Noise(NoiseParameters),
+    /// Made to measure: wanted distributions of descriptors.
+    Tailored(TailoredParameters),
 }
-
-/// The methods of this room.
-pub const METHODS: &[MethodEntry] = &[
-    MethodEntry {
-        key: "sphere",
-        id: "",
-        summary: "a sphere",
-        source: "",
-        example: r#"shape = "sphere""#,
-    },
-    MethodEntry {
-        key: "union",
-        id: "G1",
-        summary: "union of random boxes, cylinders, cones, ellipsoids and spheres through one point",
-        source: "Sajjadi & Khalili 2015",
-        example: r#"shape.union = { solids = [2, 5] }"#,
-    },
-    MethodEntry {
-        key: "union",
-        id: "G2",
-        summary: "families of the union: smooth, sharp, chosen kinds and ranges of dimensions",
-        source: "Sajjadi & Khalili 2015",
-        example: r#"shape.union = { family = "sharp", solids = [2, 4] }"#,
-    },
-    MethodEntry {
-        key: "files",
-        id: "",
-        summary: "the user's own closed surfaces: STL, PLY, OBJ",
-        source: "",
-        example: r#"shape.files = { folder = "grains" }"#,
-    },
-];
 
 /// Draws that may fail the gate before a grain is given up.
 const REDRAWS: u64 = 20;
@@ -134,13 +175,48 @@ pub enum ShapeError {
     },
 }
 
+/// A grain with the statistics of its surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Made {
+    /// The grain.
+    pub solid: Solid,
+    /// Statistics that its method keeps, asked and measured.
+    pub facts: Vec<Fact>,
+}
+
 impl Shape {
+    /// The random method and its key; `None` for spheres and files.
+    fn method(&self) -> Option<(&'static str, &dyn Draw)> {
+        Some(match self {
+            Self::Sphere | Self::Files(_) | Self::Tailored(_) => return None,
+            Self::Union(parameters) => ("union", parameters),
+            Self::NodeSpheres(parameters) => ("node_spheres", parameters),
+            Self::Balloon(parameters) => ("balloon", parameters),
+            Self::Rain(parameters) => ("rain", parameters),
+            Self::TurnedRain(parameters) => ("turned_rain", parameters),
+            Self::Growth(parameters) => ("growth", parameters),
+            Self::Sponge(parameters) => ("sponge", parameters),
+            Self::Patir(parameters) => ("patir", parameters),
+            Self::Whitehouse(parameters) => ("whitehouse", parameters),
+            Self::Crumple(parameters) => ("crumple", parameters),
+            Self::Midpoint(parameters) => ("midpoint", parameters),
+            Self::Harmonics(parameters) => ("harmonics", parameters),
+            Self::Polyhedron(parameters) => ("polyhedron", parameters),
+            Self::Voronoi(parameters) => ("voronoi", parameters),
+            Self::Superquadric(parameters) => ("superquadric", parameters),
+            Self::Noise(parameters) => ("noise", parameters),
+        })
+    }
+
     /// The first value that cannot be used, if any; keys are relative to this shape.
     pub fn validate(&self) -> Result<(), Fault> {
-        match self {
-            Self::Sphere => Ok(()),
-            Self::Union(parameters) => parameters.validate().map_err(|f| f.under("union")),
-            Self::Files(parameters) => parameters.validate().map_err(|f| f.under("files")),
+        match (self, self.method()) {
+            (Self::Files(parameters), _) => parameters.validate().map_err(|f| f.under("files")),
+            (Self::Tailored(parameters), _) => {
+                parameters.validate().map_err(|f| f.under("tailored"))
+            }
+            (_, Some((key, method))) => method.validate().map_err(|f| f.under(key)),
+            (_, None) => Ok(()),
         }
     }
 }
@@ -162,19 +238,76 @@ pub fn generate(
     stream_name: &str,
     base: &Path,
 ) -> Result<Solid, ShapeError> {
+    make(shape, name, index, size, seed, stream_name, base).map(|made| made.solid)
+}
+
+/// As [`generate`], with the statistics that the method keeps.
+pub fn make(
+    shape: &Shape,
+    name: &str,
+    index: u64,
+    size: Option<f64>,
+    seed: u64,
+    stream_name: &str,
+    base: &Path,
+) -> Result<Made, ShapeError> {
     shape.validate()?;
     if let Some(size) = size {
         Fault::positive("size", size)?;
     }
     let numbered = format!("{name}-{index:04}");
-    match shape {
-        Shape::Sphere => sphere(numbered, size.unwrap_or(1.0)),
-        Shape::Union(parameters) => {
-            let draws = Draws { seed, stream_name, index };
-            united(parameters, numbered, size, &draws)
+    let plain = |solid| Made { solid, facts: Vec::new() };
+    match (shape, shape.method()) {
+        (Shape::Files(parameters), _) => {
+            from_file(parameters, numbered, index, size, base).map(plain)
         }
-        Shape::Files(parameters) => from_file(parameters, numbered, index, size, base),
+        (Shape::Tailored(parameters), _) => {
+            let draws = Draws { seed, stream_name, index };
+            let mut wanted = random::stream(seed, &format!("{stream_name}/wanted"), index);
+            let target = parameters.target(base, &mut wanted)?;
+            drawn(&tailored::Fitted { target, parameters }, numbered, size, &draws)
+        }
+        (_, Some((_, method))) => {
+            let draws = Draws { seed, stream_name, index };
+            drawn(method, numbered, size, &draws)
+        }
+        (_, None) => sphere(numbered, size.unwrap_or(1.0)).map(plain),
     }
+}
+
+/// The first draw of grain `index` as it comes, with centroid and size as the
+/// grain would have, and why it is no valid grain, if so: for surfaces and
+/// volumes that are of interest by themselves. Not scaled where it encloses nothing.
+pub fn first_draw(
+    shape: &Shape,
+    index: u64,
+    size: Option<f64>,
+    seed: u64,
+    stream_name: &str,
+) -> Result<Option<(Drawn, Option<MeshFault>)>, ShapeError> {
+    shape.validate()?;
+    let Some((_, method)) = shape.method() else { return Ok(None) };
+    let mut stream = random::stream(seed, stream_name, index);
+    let mut drawn = method.draw(&mut stream).map_err(|reason| ShapeError::NoDraw {
+        name: format!("{index}"),
+        draws: 1,
+        reason,
+    })?;
+    let scale = size.map_or(Scale::Factor(1.0), Scale::Size);
+    let (mesh, fault) = match finish(&drawn.mesh, String::new(), String::new(), scale) {
+        Ok(solid) => (solid.mesh, None),
+        Err(fault) => {
+            let own = drawn.mesh.mass_properties();
+            let open = matches!(fault, MeshFault::Open { .. }) || own.volume <= 0.0;
+            let factor = match size {
+                Some(size) if !open => size / own.equivalent_diameter(),
+                _ => 1.0,
+            };
+            (drawn.mesh.mapped(|p| p * factor), Some(fault))
+        }
+    };
+    drawn.mesh = mesh;
+    Ok(Some((drawn, fault)))
 }
 
 /// A surface whose volume is that of the sphere.
@@ -195,12 +328,13 @@ struct Draws<'a> {
     index: u64,
 }
 
-fn united(
-    parameters: &UnionParameters,
+/// The first of up to 21 draws that is a valid grain.
+fn drawn(
+    method: &dyn Draw,
     name: String,
     size: Option<f64>,
     draws: &Draws,
-) -> Result<Solid, ShapeError> {
+) -> Result<Made, ShapeError> {
     let scale = size.map_or(Scale::Factor(1.0), Scale::Size);
     let mut last = GeometryError::NothingToUnite;
     for redraw in 0..=REDRAWS {
@@ -209,17 +343,17 @@ fn united(
             _ => format!("{}/redraw-{redraw}", draws.stream_name),
         };
         let mut stream = random::stream(draws.seed, &purpose, draws.index);
-        let solids = union_of_solids::draw(parameters, &mut stream);
-        let mut recipe = union_of_solids::describe(&solids);
-        if redraw > 0 {
-            recipe.push_str(&format!("; {redraw} earlier draws gave no solid"));
-        }
-        let made = union_of_solids::unite(&solids, parameters.segments).and_then(|mesh| {
-            finish(&mesh, name.clone(), recipe, scale)
+        let made = method.draw(&mut stream).and_then(|drawn| {
+            let mut recipe = drawn.recipe;
+            if redraw > 0 {
+                recipe.push_str(&format!("; {redraw} earlier draws gave no solid"));
+            }
+            finish(&drawn.mesh, name.clone(), recipe, scale)
+                .map(|solid| Made { solid, facts: drawn.facts })
                 .map_err(|fault| GeometryError::NoSolid { what: "the grain".to_owned(), fault })
         });
         match made {
-            Ok(solid) => return Ok(solid),
+            Ok(made) => return Ok(made),
             Err(reason) => last = reason,
         }
     }

@@ -372,7 +372,18 @@ fn decks_hold_what_is_needed_and_nothing_else() {
         decks += 1;
     }
     assert!(decks >= 64, "only {decks} combinations");
-    let never_both = ["local_damping", "mutual_gravity", "periodic", "servo_walls"];
+    let never_both = [
+        "local_damping",
+        "cohesion",
+        "bridges",
+        "molecular",
+        "charges",
+        "rolling",
+        "drag",
+        "mutual_gravity",
+        "periodic",
+        "servo_walls",
+    ];
     for (key, _, _) in examples::two_spheres().needs().table() {
         let both = seen.contains(&(key, true)) && seen.contains(&(key, false));
         assert!(both || never_both.contains(&key), "`{key}` was never switched");

@@ -30,6 +30,9 @@ pub fn check(model: &Model) -> Result<(), SolverError> {
     for (index, material) in model.materials.iter().enumerate() {
         number_at(|| format!("materials[{index}].density"), material.density)?;
     }
+    if let Some(value) = model.extra.odd_number() {
+        number("extra", value)?;
+    }
     contacts(model)?;
     model.walls.iter().try_for_each(wall)
 }

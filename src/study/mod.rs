@@ -3,6 +3,7 @@
 //! and a page. Figures of CPU time depend on the machine; everything else is
 //! the same at every run.
 
+mod clump;
 mod contact;
 mod models;
 mod packing;
@@ -52,6 +53,11 @@ pub const STUDIES: &[Study] = &[
         key: "tree",
         summary: "gravity between bodies: error of the tree code over θ and CPU time, n log n cost",
         run: tree::study,
+    },
+    Study {
+        key: "clump",
+        summary: "error of each clump method against the number of spheres and CPU time, on eight solids",
+        run: clump::study,
     },
     Study {
         key: "packing",

@@ -18,6 +18,7 @@ pub fn empty(scheme: Scheme, contact: Contact, density: f64) -> Model {
         spheres: Vec::new(),
         materials: vec![Material { name: "grain".to_owned(), density }],
         contacts: ContactTable::uniform(1, contact),
+        extra: crate::model::Extra::default(),
         walls: Vec::new(),
         gravity: Vec3::zeros(),
         mutual: None,

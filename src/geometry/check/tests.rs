@@ -197,6 +197,69 @@ fn two_cubes_that_meet_in_a_vertex_are_a_pinch() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// Triangles between few vertices, with repeated, equal, huge, tiny and flat ones: judged,
+    /// never a panic, and what passes is a solid.
+    #[test]
+    fn wild_meshes_are_judged(
+        corners in prop::collection::vec(prop::array::uniform3(-3i32..=3), 3..12),
+        triangles in prop::collection::vec(prop::array::uniform3(0u32..12), 1..40),
+        power in -40i32..=38,
+        odd in 0usize..20,
+    ) {
+        let scale = 10f64.powi(power);
+        let mut vertices: Vec<Vec3> =
+            corners.iter().map(|c| Vec3::from(c.map(f64::from)) * scale).collect();
+        if odd < 3 {
+            vertices[odd].x = [f64::NAN, f64::INFINITY, 1e308][odd];
+        }
+        let wild = Mesh { vertices, triangles };
+        if let Ok((mesh, _)) = solid(wild.clone()) {
+            let report = inspect(&mesh);
+            prop_assert!(report.is_closed() && report.pieces == 1 && report.volume > 0.0);
+            let _ = simple(&mesh);
+            if let Ok(distance) = crate::geometry::SignedDistance::new(&mesh) {
+                prop_assert!(distance.at(&mesh.bounds().centre()).is_finite());
+            }
+        }
+        let _ = solid_in_double(wild.clone());
+        let _ = surface(wild);
+    }
+
+    /// Solids with some triangles turned, repeated, taken away or split off: mended or refused.
+    #[test]
+    fn damaged_solids_are_mended_or_refused(
+        seed in 0u64..10_000,
+        damage in prop::collection::vec((0usize..4, 0usize..1000), 0..6),
+        power in -30i32..=30,
+    ) {
+        let star = crate::geometry::samples::random_star(seed, 0.5);
+        let whole = star.mass_properties().volume * 10f64.powi(3 * power);
+        let mut mesh = star.mapped(|p| p * 10f64.powi(power));
+        let mut may_open = false;
+        for (kind, at) in damage {
+            let index = at % mesh.triangles.len();
+            match kind {
+                0 => mesh.triangles[index].swap(0, 1),
+                1 => { let again = mesh.triangles[index]; mesh.triangles.push(again); may_open = true; }
+                2 => {
+                    let twin = mesh.vertices[mesh.triangles[index][0] as usize];
+                    mesh.vertices.push(twin);
+                    mesh.triangles[index][0] = mesh.vertices.len() as u32 - 1;
+                }
+                _ => { mesh.triangles.swap_remove(index); may_open = true; }
+            }
+        }
+        match solid(mesh) {
+            Ok((mended, _)) => {
+                // A repeated triangle can stand in for one that was taken away, or, turned, cancel it.
+                let volume = mended.mass_properties().volume;
+                prop_assert!((volume / whole - 1.0).abs() < 1e-5, "{} {}", volume, whole);
+            }
+            Err(fault) => prop_assert!(may_open, "{}", fault),
+        }
+    }
+
     #[test]
     fn mass_properties_follow_the_motion(seed in any::<u64>(), scale in 1e-4f64..1e3) {
         let mut source = random::stream(seed, "motion", 0);

@@ -1,7 +1,9 @@
 //! Materials and the contact between them.
 
+use crate::model::PairForces;
+use crate::model::extra::{BornMayer, Bridge, Cohesion, LennardJones, Rolling, VanDerWaals};
 use crate::num::Fault;
-use crate::num::units::{Damping, Density, Pressure, Stiffness};
+use crate::num::units::{Charge, Damping, Density, Pressure, Stiffness};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -12,6 +14,9 @@ pub struct MaterialParameters {
     /// Density; needed for materials of grains, not for those of walls only.
     #[serde(default)]
     pub density: Option<Density>,
+    /// Electric charge of each grain of this material; default 0. Needs `plan.electrostatics`.
+    #[serde(default)]
+    pub charge: Option<Charge>,
 }
 
 /// Linear spring-dashpot contact with a Coulomb limit.
@@ -38,6 +43,18 @@ pub struct ContactParameters {
     /// Coefficient of friction; default 0.
     #[serde(default)]
     pub friction: f64,
+    /// Attraction in contact: `linear`, `sjkr`, `sjkr2`, `dmt` or `jkr`. Default none.
+    pub cohesion: Option<Cohesion>,
+    /// Resistance to rolling: `cdt`, `epsd` or `epsd2`; needs friction. Default none.
+    pub rolling: Option<Rolling>,
+    /// Liquid bridges. Default none.
+    pub bridge: Option<Bridge>,
+    /// Van der Waals attraction. Default none.
+    pub van_der_waals: Option<VanDerWaals>,
+    /// Exponential repulsion in the gap. Default none.
+    pub born_mayer: Option<BornMayer>,
+    /// 12-6 potential between centres. Default none.
+    pub lennard_jones: Option<LennardJones>,
 }
 
 /// Contact parameters of one pair of materials.
@@ -51,6 +68,40 @@ pub struct PairParameters {
 }
 
 impl ContactParameters {
+    /// Forces besides the linear contact.
+    pub fn forces(&self) -> PairForces {
+        PairForces {
+            cohesion: self.cohesion,
+            rolling: self.rolling,
+            bridge: self.bridge,
+            van_der_waals: self.van_der_waals,
+            born_mayer: self.born_mayer,
+            lennard_jones: self.lennard_jones,
+        }
+    }
+
+    /// Refuses forces of spheres for discs.
+    pub(super) fn validate_for(&self, dimension: u8) -> Result<(), Fault> {
+        self.validate()?;
+        if dimension == 3 {
+            return Ok(());
+        }
+        let flat = matches!(self.cohesion, None | Some(Cohesion::Linear { .. }));
+        let checks = [
+            ("cohesion", flat),
+            ("bridge", self.bridge.is_none()),
+            ("van_der_waals", self.van_der_waals.is_none()),
+        ];
+        match checks.iter().find(|(_, good)| !good) {
+            Some((key, _)) => Err(Fault::new(
+                *key,
+                "is a force of spheres",
+                "three dimensions, or `cohesion.linear`",
+            )),
+            None => Ok(()),
+        }
+    }
+
     pub(super) fn validate(&self) -> Result<(), Fault> {
         match (self.kn, self.young) {
             (Some(kn), None) => Fault::positive("kn", kn.0)?,
@@ -89,6 +140,11 @@ impl ContactParameters {
                 Fault::not_negative(key, value.0)?;
             }
         }
-        Fault::not_negative("friction", self.friction)
+        Fault::not_negative("friction", self.friction)?;
+        if self.rolling.is_some() && self.friction == 0.0 {
+            let problem = "is given without `friction`, so that nothing could roll";
+            return Err(Fault::new("rolling", problem, "`friction` greater than 0"));
+        }
+        self.forces().validate()
     }
 }

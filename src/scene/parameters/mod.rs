@@ -91,10 +91,14 @@ impl Scene {
                 note(Err(Fault::new("name", problem, "a name of its own").under(&here)));
             }
         }
-        note(self.contact.validate().map_err(|fault| fault.under("contact")));
+        note(self.contact.validate_for(self.dimension).map_err(|fault| fault.under("contact")));
         for (index, pair) in self.pairs.iter().enumerate() {
             let here = format!("pairs[{index}]");
-            note(pair.contact.validate().map_err(|fault| fault.under("contact").under(&here)));
+            note(
+                pair.contact
+                    .validate_for(self.dimension)
+                    .map_err(|fault| fault.under("contact").under(&here)),
+            );
             for (side, name) in pair.between.iter().enumerate() {
                 let key = format!("between[{side}]");
                 note(self.known_material(name, &key).map_err(|fault| fault.under(&here)));
@@ -112,6 +116,11 @@ impl Scene {
         }
         note(self.packing.validate().map_err(|fault| fault.under("packing")));
         note(self.plan.validate(self.dimension).map_err(|fault| fault.under("plan")));
+        let charged = self.materials.values().any(|m| m.charge.is_some_and(|q| q.0 != 0.0));
+        if charged && self.plan.electrostatics.is_none() {
+            let problem = "is missing, though a material has a charge";
+            note(Err(Fault::new("plan.electrostatics", problem, "a table with `cutoff`")));
+        }
         note(self.output.validate().map_err(|fault| fault.under("output")));
         note(self.compare.validate().map_err(|fault| fault.under("compare")));
         faults

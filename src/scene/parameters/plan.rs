@@ -1,9 +1,10 @@
 //! Step, duration, gravity, damping, scheme.
 
 use super::LawParameters;
+use crate::model::extra::Electrostatics;
 use crate::model::{Law, MutualGravity, Scheme};
 use crate::num::Fault;
-use crate::num::units::{Acceleration, Time};
+use crate::num::units::{Acceleration, Damping, Time};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{self, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -28,6 +29,12 @@ pub struct PlanParameters {
     /// Local (non-viscous) damping coefficient, 0 (default) up to but not including 1.
     #[serde(default)]
     pub local_damping: f64,
+    /// Global viscous damping: force −c v on every sphere. Default 0.
+    #[serde(default)]
+    pub viscous_drag: Damping,
+    /// Electrostatic forces between grains whose material has a `charge`. Default none.
+    #[serde(default)]
+    pub electrostatics: Option<Electrostatics>,
     /// Scheme of riprap's own DEM. Default `leapfrog`.
     #[serde(default = "leapfrog")]
     pub scheme: Scheme,
@@ -137,6 +144,10 @@ impl PlanParameters {
         if !(0.0..1.0).contains(&self.local_damping) {
             let allowed = "0 up to but not including 1";
             return Err(Fault::new("local_damping", format!("is {}", self.local_damping), allowed));
+        }
+        Fault::not_negative("viscous_drag", self.viscous_drag.0)?;
+        if let Some(field) = &self.electrostatics {
+            field.validate().map_err(|fault| fault.under("electrostatics"))?;
         }
         self.law.validate(self.scheme)
     }

@@ -2,7 +2,7 @@
 
 use crate::geometry::{Bounds, Mesh};
 use crate::model::{
-    Body, Contact, ContactTable, Dimension, Material, Model, Motion, Plan, Scheme, Sphere,
+    Body, Contact, ContactTable, Dimension, Extra, Material, Model, Motion, Plan, Scheme, Sphere,
     StepReason, Wall, WallShape,
 };
 use crate::num::{Rotation, Vec3};
@@ -22,6 +22,7 @@ pub fn empty(dimension: Dimension, contact: Contact) -> Model {
         spheres: Vec::new(),
         materials: vec![Material { name: "stone".into(), density: 2500.0 }],
         contacts: ContactTable::uniform(1, contact),
+        extra: Extra::default(),
         walls: Vec::new(),
         gravity: Vec3::zeros(),
         mutual: None,

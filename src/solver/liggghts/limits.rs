@@ -1,7 +1,9 @@
 //! What LIGGGHTS 3.8.0 cannot express or does in its own way.
 
+use super::values;
 use crate::geometry::Mesh;
-use crate::model::{Arm, Coulomb, History, Model, Motion, WallShape};
+use crate::model::extra::{Cohesion, Rolling};
+use crate::model::{Arm, Coulomb, History, Model, Motion, PairForces, WallShape};
 use crate::solver::mesh_check::{MeshFacts, inspect};
 use crate::solver::{Limit, finite};
 
@@ -43,6 +45,7 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
             "local (non-viscous) damping: LIGGGHTS has none; a deck without it would run another model",
         ));
     }
+    extra(model, limits);
     if needs.friction && needs.tangential_damping && plan.law.coulomb != Coulomb::SpringThenDashpot
     {
         limits.push(Limit::differs(
@@ -60,6 +63,59 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
     if needs.clumps && !plan.scheme.is_richardson() {
         limits.push(Limit::differs(
             "clumps turn by LAMMPS' Richardson-corrected quaternion step of fix rigid",
+        ));
+    }
+}
+
+/// Forces besides the linear contact: one cohesion and one rolling model for the whole scene, of
+/// those that LIGGGHTS shares with us.
+fn extra(model: &Model, limits: &mut Vec<Limit>) {
+    let needs = model.needs();
+    let refused = [
+        (needs.bridges, "liquid bridges: LIGGGHTS' capillary models are other formulas"),
+        (needs.molecular, "molecular potentials: LIGGGHTS-PUBLIC has none"),
+        (needs.charges, "electrostatic forces: LIGGGHTS-PUBLIC has none"),
+        (
+            needs.drag && needs.clumps && !values::points(model).is_empty(),
+            "drag on clumps whose centre of mass lies outside the hull of their sphere centres: the point that carries their mass would be slowed too",
+        ),
+        (
+            needs.clumps
+                && model.extra.any(
+                    |f| matches!(f.rolling, Some(Rolling::Epsd { damping, .. }) if damping > 0.0),
+                ),
+            "damped rolling (epsd) of clumps: LIGGGHTS takes the masses of single spheres of the clump",
+        ),
+    ];
+    for (there, reason) in refused {
+        if there {
+            limits.push(Limit::refused(reason));
+        }
+    }
+    let other = |f: &PairForces| {
+        !matches!(f.cohesion, None | Some(Cohesion::Sjkr { .. } | Cohesion::Sjkr2 { .. }))
+    };
+    if model.extra.any(other) {
+        limits.push(Limit::refused("cohesion other than sjkr and sjkr2: LIGGGHTS has none"));
+    }
+    if values::cohesion_model(model).is_none() {
+        limits
+            .push(Limit::refused("two kinds of cohesion: LIGGGHTS takes one for the whole scene"));
+    }
+    if values::rolling_model(model).is_none() {
+        limits.push(Limit::refused(
+            "two kinds of rolling resistance: LIGGGHTS takes one for the whole scene",
+        ));
+    }
+    let spins = |body: &crate::model::Body| body.sphere_count > 1 && body.spin.norm() > 0.0;
+    if needs.drag && model.bodies.iter().any(spins) {
+        limits.push(Limit::differs(
+            "in the first half step drag sees the spheres of a spinning clump at the velocity of its centre",
+        ));
+    }
+    if needs.rolling && needs.meshes {
+        limits.push(Limit::differs(
+            "rolling resistance acts at every face of a mesh that touches, not at the deepest only",
         ));
     }
 }
@@ -89,7 +145,7 @@ fn bodies(model: &Model, limits: &mut Vec<Limit>) {
 }
 
 fn walls(model: &Model, limits: &mut Vec<Limit>) {
-    if model.needs().periodic && !super::values::surfaces(model).is_empty() {
+    if model.needs().periodic && !values::surfaces(model).is_empty() {
         limits.push(Limit::refused(
             "mesh walls, oblique planes and planes that move along their normal in a periodic box: LIGGGHTS takes no mesh that reaches over a periodic side",
         ));

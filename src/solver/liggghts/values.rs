@@ -2,7 +2,8 @@
 
 use super::limits::DEFAULT_CURVATURE;
 use crate::geometry::{Bounds, Mesh};
-use crate::model::{Contact, Model, Motion, Needs, Wall, WallShape};
+use crate::model::extra::{Cohesion, Rolling};
+use crate::model::{Contact, Model, Motion, Needs, PairForces, Wall, WallShape};
 use crate::num::{Mat3, Vec3};
 use crate::solver::deck::{DeckOptions, Header};
 use crate::solver::mesh_check::inspect;
@@ -25,6 +26,9 @@ pub struct Script {
     needs: Needs,
     boundary: String,
     tension: bool,
+    cohesion: &'static str,
+    rolling: &'static str,
+    drag: f64,
     processors: String,
     skin: f64,
     points: usize,
@@ -283,6 +287,9 @@ impl Script {
             needs,
             boundary: boundary(model),
             tension: model.plan.law.tension,
+            cohesion: cohesion_model(model).unwrap_or(""),
+            rolling: rolling_model(model).unwrap_or(""),
+            drag: model.extra.drag,
             processors: processors(model, options),
             skin: SKIN * smallest_radius(model),
             points: points(model).len(),
@@ -332,6 +339,73 @@ fn processors(model: &Model, options: &DeckOptions) -> String {
     }
 }
 
+/// Name of the cohesion model, empty for none; `None` if there are two.
+pub fn cohesion_model(model: &Model) -> Option<&'static str> {
+    let has = |circle: bool| {
+        model.extra.any(|f| match f.cohesion {
+            Some(Cohesion::Sjkr { .. }) => circle,
+            Some(Cohesion::Sjkr2 { .. }) => !circle,
+            _ => false,
+        })
+    };
+    match (has(true), has(false)) {
+        (true, true) => None,
+        (true, false) => Some("sjkr"),
+        (false, true) => Some("sjkr2"),
+        (false, false) => Some(""),
+    }
+}
+
+/// Name of the rolling model, empty for none; `None` if there are two.
+pub fn rolling_model(model: &Model) -> Option<&'static str> {
+    let kinds = [
+        ("cdt", model.extra.any(|f| matches!(f.rolling, Some(Rolling::Cdt { .. })))),
+        ("epsd", model.extra.any(|f| matches!(f.rolling, Some(Rolling::Epsd { .. })))),
+        ("epsd2", model.extra.any(|f| matches!(f.rolling, Some(Rolling::Epsd2 { .. })))),
+    ];
+    let mut found = kinds.into_iter().filter(|(_, there)| *there).map(|(name, _)| name);
+    match (found.next(), found.next()) {
+        (None, _) => Some(""),
+        (Some(name), None) => Some(name),
+        _ => None,
+    }
+}
+
+/// Tables of values of cohesion and rolling; those of points of mass are zero.
+fn extra_tables(model: &Model) -> Vec<Table> {
+    let (materials, size) = (model.materials.len(), types(model));
+    let table = |fix, property, value: fn(&PairForces) -> f64| {
+        let pair = |a: usize, b: usize| match a.max(b) < materials {
+            true => value(&model.extra.between(a as u16, b as u16)),
+            false => 0.0,
+        };
+        let rows = (0..size).map(|a| (0..size).map(|b| pair(a, b)).collect()).collect();
+        Table { fix, property, size, rows }
+    };
+    let needs = model.needs();
+    let mut tables = Vec::new();
+    if needs.cohesion {
+        tables.push(table("ced", "cohesionEnergyDensity", |f| match f.cohesion {
+            Some(Cohesion::Sjkr { energy_density } | Cohesion::Sjkr2 { energy_density }) => {
+                energy_density.0
+            }
+            _ => 0.0,
+        }));
+    }
+    if needs.rolling {
+        tables.push(table("rmu", "coefficientRollingFriction", |f| {
+            f.rolling.map_or(0.0, |rolling| rolling.coefficient())
+        }));
+    }
+    if rolling_model(model) == Some("epsd") {
+        tables.push(table("reta", "coefficientRollingViscousDamping", |f| match f.rolling {
+            Some(Rolling::Epsd { damping, .. }) => damping,
+            _ => 0.0,
+        }));
+    }
+    tables
+}
+
 /// Tables of contact values; those of points of mass are zero.
 fn tables(model: &Model, needs: &Needs) -> Vec<Table> {
     let materials = model.materials.len();
@@ -357,6 +431,7 @@ fn tables(model: &Model, needs: &Needs) -> Vec<Table> {
     if needs.friction {
         tables.push(table("mu", "coefficientFriction", |c| c.friction));
     }
+    tables.extend(extra_tables(model));
     tables
 }
 

@@ -26,10 +26,22 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
     if model.bodies.is_empty() {
         limits.push(Limit::refused("a deck needs at least one body"));
     }
-    if needs.mutual_gravity {
-        limits.push(Limit::refused(
-            "gravity between bodies: YADE has a central force towards one body only; a deck without it would run another model",
-        ));
+    let refused = [
+        (
+            needs.mutual_gravity,
+            "gravity between bodies: YADE has a central force towards one body only",
+        ),
+        (needs.cohesion, "cohesion: the ViscEl law has none of these kinds"),
+        (needs.bridges, "liquid bridges: riprap writes no ViscElCap deck"),
+        (needs.molecular, "molecular potentials: YADE has none"),
+        (needs.charges, "electrostatic forces: YADE has none"),
+        (needs.rolling, "resistance to rolling: that of the ViscEl law is another"),
+        (needs.drag, "viscous drag on every sphere: YADE has local damping only"),
+    ];
+    for (there, reason) in refused {
+        if there {
+            limits.push(Limit::refused(reason));
+        }
     }
     if let Some(cell) = &model.periodic {
         if needs.discs || cell.periodic != [true; 3] {

@@ -1,0 +1,443 @@
+//! Spheres fitted by least squares: riprap's own method, for the least error with a given
+//! number of spheres or the fewest spheres for a given error.
+//!
+//! 1. Points: M evenly spread over the surface, and some inside, which only have to be
+//!    covered. 2. A greedy cover by maximal inner balls ([`super::cover`]); where it runs out
+//!    of useful balls before their number, it goes on after a refinement with balls that stick
+//!    out less. 3. All centres and radii refined against the surface and spheres of
+//!    little use taken elsewhere ([`super::refine`]). 4. All radii changed by one length so
+//!    that the union has the volume of the solid (secant on the exact volume).
+//!
+//! The parts are known: maximal balls by shrinking (Ma, Bae & Choi 2012), greedy cover, Lloyd
+//! alternation over spheres (Wang et al. 2006, ACM Trans. Graph. 25, 1147), reweighted
+//! Gauss–Newton; their combination for clumps is riprap's.
+//!
+//! Spheres straddle the surface unless `protrusion` says how far they may stick out; 0 keeps
+//! them inside. Error falls about as N⁻² on smooth solids and as N^−0.7 on solids with edges.
+//! Cost O(N·M) at worst, mostly O(M) a sweep: figures in `validation/14-clump-peers`.
+
+use super::ClumpError;
+use super::cover;
+use super::fidelity::distances;
+use super::patches::Patches;
+use super::refine::{Fit, Refiner};
+use super::reproduce::{Found, Target};
+use crate::geometry::{Ball, united};
+use crate::num::{Fault, Job, MethodEntry, Vec3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What `riprap list clumps` says.
+pub const ENTRY: MethodEntry = MethodEntry {
+    key: "fitted",
+    id: "",
+    summary: "greedy cover by inner balls, then all centres and radii by least squares",
+    source: "riprap's own; after Ma et al. 2012, Wang et al. 2006",
+    example: r#"clump.fitted = { spheres = 20 }"#,
+};
+
+/// Points of the coarse set a sphere, and the fewest and most of them: for the cover.
+const COARSE: (f64, f64, f64) = (12.0, 800.0, 2400.0);
+/// The same for the fine set: for the refinement.
+const FINE: (f64, f64, f64) = (70.0, 2000.0, 20_000.0);
+/// Most candidate balls.
+const CANDIDATES: usize = 900;
+/// Sweeps of a full and of a trial refinement.
+const SWEEPS: usize = 40;
+const TRIAL_SWEEPS: usize = 10;
+/// Inner points over one equivalent diameter.
+const GRID: f64 = 12.0;
+/// Weight of points inside a sphere where spheres may not stick out freely.
+const INWARD: f64 = 8.0;
+/// Surface points each way when the error is compared with its target.
+const CHECKS: usize = 2000;
+
+/// Spheres fitted by least squares. Lengths are shares of the solid's equivalent diameter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+pub struct Fitted {
+    /// Most spheres; 1 to 5000, default 20.
+    #[serde(default = "default_spheres")]
+    pub spheres: usize,
+    /// Root mean square distance of the surfaces that is good enough: the fewest spheres that
+    /// reach it are used, at most `spheres`; 0.0001 to 0.5. Left out: all spheres are used.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error: Option<f64>,
+    /// How far a sphere may stick out of the solid; 0 (inscribed) to 0.5. Left out: freely, for the least error.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub protrusion: Option<f64>,
+    /// Whether the union gets the volume of the solid; default `matched`. Without effect where `protrusion` is given.
+    #[serde(default)]
+    pub volume: Volume,
+    /// Least radius; 0.0005 to 0.5, default 0.02.
+    #[serde(default = "default_smallest")]
+    pub smallest: f64,
+    /// p: the mean of |distance|^p is made least; 1 (least volume of the symmetric difference)
+    /// to 8 (lower largest distance), default 2 (least root mean square distance).
+    #[serde(default = "default_power")]
+    pub power: f64,
+    /// How often spheres of little use are taken elsewhere; 0 to 1000, default 3; more lower the error by a few per cent.
+    #[serde(default = "default_trials")]
+    pub trials: usize,
+}
+
+/// Whether the union gets the volume of the solid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Volume {
+    /// All radii are changed by one length so that it does.
+    #[default]
+    Matched,
+    /// As the least squares leave it: within 1 % mostly.
+    Free,
+}
+
+fn default_spheres() -> usize {
+    20
+}
+fn default_smallest() -> f64 {
+    0.02
+}
+fn default_power() -> f64 {
+    2.0
+}
+fn default_trials() -> usize {
+    3
+}
+
+impl Default for Fitted {
+    fn default() -> Self {
+        Self {
+            spheres: default_spheres(),
+            error: None,
+            protrusion: None,
+            volume: Volume::default(),
+            smallest: default_smallest(),
+            power: default_power(),
+            trials: default_trials(),
+        }
+    }
+}
+
+impl Fitted {
+    /// # Errors
+    /// [`Fault`] for a value out of its range.
+    pub fn validate(&self) -> Result<(), Fault> {
+        Fault::within("spheres", self.spheres as f64, 1.0, 5000.0)?;
+        if let Some(error) = self.error {
+            Fault::within("error", error, 1e-4, 0.5)?;
+        }
+        if let Some(protrusion) = self.protrusion {
+            Fault::within("protrusion", protrusion, 0.0, 0.5)?;
+        }
+        Fault::within("smallest", self.smallest, 5e-4, 0.5)?;
+        Fault::within("power", self.power, 1.0, 8.0)?;
+        Fault::within("trials", self.trials as f64, 0.0, 1000.0)
+    }
+
+    pub(super) fn find(&self, target: &Target, job: &Job) -> Result<Found, ClumpError> {
+        let (balls, rms) = match self.error {
+            None => (self.fit(target, self.spheres, job)?, None),
+            Some(error) => self.fewest(target, error, job)?,
+        };
+        Ok(Found { note: self.note(balls.len(), rms), balls })
+    }
+
+    /// The fewest spheres that reach `error`, and the error that they reach: counts rise by a
+    /// half until one is good enough, then the last gap is halved until it is a tenth.
+    fn fewest(
+        &self,
+        target: &Target,
+        error: f64,
+        job: &Job,
+    ) -> Result<(Vec<Ball>, Option<f64>), ClumpError> {
+        let rms = |balls: &[Ball]| distances(target, balls, CHECKS).rms() / target.diameter;
+        let mut low = 0;
+        let mut high = 4.min(self.spheres);
+        let mut best = self.fit(target, high, job)?;
+        let mut reached = rms(&best);
+        while reached > error && high < self.spheres {
+            low = high;
+            high = (high + high.div_ceil(2)).min(self.spheres);
+            best = self.fit(target, high, job)?;
+            reached = rms(&best);
+        }
+        while reached <= error && high - low > (high / 10).max(1) {
+            let middle = (low + high) / 2;
+            let trial = self.fit(target, middle, job)?;
+            let error_of_trial = rms(&trial);
+            if error_of_trial <= error {
+                (high, best, reached) = (middle, trial, error_of_trial);
+            } else {
+                low = middle;
+            }
+        }
+        Ok((best, Some(reached)))
+    }
+
+    /// At most `count` spheres.
+    fn fit(&self, target: &Target, count: usize, job: &Job) -> Result<Vec<Ball>, ClumpError> {
+        let mesh = &target.solid.mesh;
+        let diameter = target.diameter;
+        let smallest = self.smallest * diameter;
+        let widest = mesh.bounds().diagonal() / 2.0;
+        let points = |(each, fewest, most): (f64, f64, f64)| {
+            (each * count as f64).clamp(fewest, most) as usize
+        };
+        let mut coarse = Patches::new(mesh, points(COARSE));
+        let stride = coarse.points.len().div_ceil(CANDIDATES);
+        let at_most = self.protrusion.unwrap_or(f64::INFINITY);
+        let mut allowed = (0.4 / count as f64).clamp(0.002, 0.03).min(at_most) * diameter;
+        let limit = |centre: &Vec3| match self.protrusion {
+            None => f64::INFINITY,
+            Some(protrusion) => protrusion * diameter - target.distance.at(centre),
+        };
+        let maximal = |coarse: &Patches, allowed: f64| {
+            let mut balls = cover::candidates(coarse, stride, allowed, smallest, widest);
+            for ball in &mut balls {
+                ball.radius = ball.radius.min(limit(&ball.centre));
+            }
+            balls.retain(|ball| ball.radius >= smallest);
+            balls
+        };
+        let mut candidates = maximal(&coarse, allowed);
+        let inner = inner_points(&candidates, diameter, count);
+        coarse.add_inner(inner.clone());
+        let mut fine = Patches::new(mesh, points(FINE));
+        fine.add_inner(inner);
+        let refiner = Refiner {
+            patches: &fine,
+            power: self.power,
+            inner_weight: if self.protrusion.is_none() { 1.0 } else { INWARD },
+            smallest,
+            limit: &limit,
+        };
+        let mut balls = cover::greedy(&coarse, &candidates, Vec::new(), count);
+        if balls.is_empty() {
+            return Err(ClumpError::NoSphere {
+                name: target.solid.name.clone(),
+                advice: "lower `smallest`, or raise `protrusion` or leave it out",
+            });
+        }
+        // Maximal balls of a smooth solid cover all points once they stick out enough.
+        while balls.len() < count && allowed > 1e-6 * diameter {
+            self.stop_if_asked(job)?;
+            allowed *= 0.2;
+            let settled = refiner.sweeps(refiner.assign(balls), TRIAL_SWEEPS).balls;
+            candidates = maximal(&coarse, allowed);
+            balls = cover::greedy(&coarse, &candidates, settled, count);
+        }
+        job.report("spheres", balls.len() as u64, count as u64);
+        self.stop_if_asked(job)?;
+        let fit = refiner.sweeps(refiner.assign(balls), SWEEPS);
+        let fit = self.relocated(&refiner, fit, &candidates, job)?;
+        let mut balls = fit.balls;
+        match self.protrusion {
+            None if self.volume == Volume::Matched => {
+                match_volume(&mut balls, target, smallest);
+            }
+            _ => {}
+        }
+        Ok(balls)
+    }
+
+    fn relocated(
+        &self,
+        refiner: &Refiner,
+        fit: Fit,
+        candidates: &[Ball],
+        job: &Job,
+    ) -> Result<Fit, ClumpError> {
+        if self.trials == 0 {
+            return Ok(fit);
+        }
+        let before = fit.cost;
+        let fit = refiner.relocate(fit, candidates, self.trials, TRIAL_SWEEPS);
+        self.stop_if_asked(job)?;
+        Ok(if fit.cost < before { refiner.sweeps(fit, SWEEPS) } else { fit })
+    }
+
+    fn stop_if_asked(&self, job: &Job) -> Result<(), ClumpError> {
+        if job.is_cancelled() { Err(ClumpError::Cancelled) } else { Ok(()) }
+    }
+
+    fn note(&self, count: usize, rms: Option<f64>) -> String {
+        let place = match self.protrusion {
+            None => "straddling".to_owned(),
+            Some(0.0) => "inscribed".to_owned(),
+            Some(protrusion) => format!("protrusion {protrusion}"),
+        };
+        let target = match (self.error, rms) {
+            (Some(error), Some(rms)) if rms > error => {
+                format!(", error {rms:.5} where {error} was asked for")
+            }
+            (Some(error), _) => format!(", the fewest found for error {error}"),
+            _ => String::new(),
+        };
+        let volume = match (self.protrusion, self.volume) {
+            (None, Volume::Matched) => ", volume matched",
+            _ => "",
+        };
+        format!(
+            "fitted (least squares): {count} of at most {} spheres, {place}{volume}, power {}{target}",
+            self.spheres, self.power
+        )
+    }
+}
+
+/// Nodes of a grid deeper inside than a fit of `count` spheres leaves gaps at edges: a lower
+/// bound of the depth is what the maximal balls around a node leave to their surface.
+fn inner_points(candidates: &[Ball], diameter: f64, count: usize) -> Vec<Vec3> {
+    let bounds = united::around(candidates);
+    let spacing = diameter / GRID;
+    let steps = (bounds.size() / spacing).map(|s| s.ceil().clamp(0.0, 200.0) as usize);
+    let widest = candidates.iter().map(|b| b.radius).fold(0.0, f64::max);
+    let least = widest * 0.35 * (20.0 / count as f64).sqrt().min(1.0);
+    let deep: Vec<&Ball> = candidates.iter().filter(|ball| ball.radius > least).collect();
+    let mut points = Vec::new();
+    for i in 0..=steps.x {
+        for j in 0..=steps.y {
+            for k in 0..=steps.z {
+                let node = bounds.low + Vec3::new(i as f64, j as f64, k as f64) * spacing;
+                let holds = |b: &&Ball| {
+                    (node - b.centre).norm_squared() < (b.radius - least) * (b.radius - least)
+                };
+                if deep.iter().any(holds) {
+                    points.push(node);
+                }
+            }
+        }
+    }
+    points
+}
+
+/// Changes all radii by one length so that the union has the volume of the solid.
+fn match_volume(balls: &mut [Ball], target: &Target, smallest: f64) {
+    let wanted = target.solid.mass.volume;
+    let grown = |balls: &[Ball], by: f64| -> Vec<Ball> {
+        balls
+            .iter()
+            .map(|b| Ball { centre: b.centre, radius: (b.radius + by).max(smallest) })
+            .collect()
+    };
+    let excess =
+        |by: f64| united::balls(&grown(balls, by), united::PANELS / 4).mass.volume / wanted - 1.0;
+    let (mut x0, mut y0) = (0.0, excess(0.0));
+    let mut x1 = -y0 * wanted / target.solid.mesh.area();
+    for _ in 0..4 {
+        if y0.abs() < 1e-5 {
+            break;
+        }
+        let y1 = excess(x1);
+        let slope = (y1 - y0) / (x1 - x0);
+        if y1.abs() >= y0.abs() || slope <= 0.0 || !slope.is_finite() {
+            break;
+        }
+        (x0, y0, x1) = (x1, y1, x1 - y1 / slope);
+    }
+    let moved = grown(balls, x0);
+    balls.copy_from_slice(&moved);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::clump::reproduce::tests::solid;
+    use crate::clump::{Clump, MassSource, Method, Normals, reproduce};
+    use crate::geometry::samples::{box_mesh, ellipsoid_mesh, icosphere, l_mesh, random_star};
+    use crate::shape::Solid;
+
+    fn make(solid: &Solid, method: Fitted) -> Clump {
+        let job = Job::quiet();
+        reproduce(solid, &Method::Fitted(method), MassSource::Solid, 1, 2, &job).expect("a clump")
+    }
+
+    fn rms(clump: &Clump) -> f64 {
+        let f = clump.fidelity.expect("measured");
+        f.rms_distance / f.equivalent_diameter
+    }
+
+    fn quick(spheres: usize) -> Fitted {
+        Fitted { spheres, trials: 3, ..Fitted::default() }
+    }
+
+    #[test]
+    fn half_the_error_of_growth_along_normals_and_the_volume_kept() {
+        for (name, mesh) in [
+            ("box", box_mesh(Vec3::new(1.0, 1.4, 2.0))),
+            ("l", l_mesh()),
+            ("star", random_star(7, 0.5)),
+        ] {
+            let solid = solid(name, mesh.mapped(|v| v * 1e-3 + Vec3::repeat(2e-3)));
+            let clump = make(&solid, quick(24));
+            let normals = Method::Normals(Normals { spheres: 24, ..Normals::default() });
+            let other = reproduce(&solid, &normals, MassSource::Solid, 1, 2, &Job::quiet())
+                .expect("a clump");
+            assert!(rms(&clump) < 0.75 * rms(&other), "{name} {} {}", rms(&clump), rms(&other));
+            let f = clump.fidelity.expect("measured");
+            assert!(f.volume_error.abs() < 1e-3, "{name} {}", f.volume_error);
+            assert!(super::super::refine::one_piece(&clump.balls));
+        }
+    }
+
+    #[test]
+    fn a_smooth_solid_gets_all_its_spheres() {
+        let egg = solid("egg", ellipsoid_mesh(Vec3::new(2.0, 1.0, 1.0)));
+        let few = make(&egg, quick(6));
+        let many = make(&egg, quick(30));
+        assert_eq!((few.balls.len(), many.balls.len()), (6, 30));
+        assert!(rms(&many) < 0.3 * rms(&few));
+        assert!(rms(&make(&solid("ball", icosphere(3)), quick(1))) < 0.005);
+    }
+
+    #[test]
+    fn inscribed_spheres_stay_inside_and_others_within_what_is_allowed() {
+        for mesh in [l_mesh(), random_star(8, 0.5)] {
+            let solid = solid("x", mesh);
+            let target = Target::new(&solid).expect("closed");
+            for protrusion in [0.0, 0.01] {
+                let method = Fitted { protrusion: Some(protrusion), ..quick(20) };
+                let clump = make(&solid, method);
+                for ball in clump.in_solid_frame() {
+                    let out = ball.radius + target.distance.at(&ball.centre);
+                    assert!(out <= (protrusion + 1e-9) * target.diameter, "{out:e}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_smaller_error_takes_more_spheres_and_what_is_not_reached_is_said() {
+        let solid = solid("l", l_mesh());
+        let with = |error, spheres| {
+            make(&solid, Fitted { error: Some(error), trials: 0, spheres, ..Fitted::default() })
+        };
+        let (rough, fine) = (with(0.06, 100), with(0.03, 100));
+        assert!(rough.balls.len() < fine.balls.len());
+        // Measured again with more points.
+        assert!(rms(&rough) < 0.063 && rms(&fine) < 0.0315, "{} {}", rms(&rough), rms(&fine));
+        let short = with(1e-4, 5);
+        assert_eq!(short.balls.len(), 5);
+        assert!(short.method.contains("was asked for"), "{}", short.method);
+    }
+
+    #[test]
+    fn a_high_power_lowers_the_largest_distance() {
+        let cube = solid("cube", box_mesh(Vec3::repeat(1.0)));
+        let largest = |power| {
+            let clump = make(&cube, Fitted { power, volume: Volume::Free, ..quick(12) });
+            clump.fidelity.expect("measured").largest_distance
+        };
+        let (one, two, six) = (largest(1.0), largest(2.0), largest(6.0));
+        assert!(six < two && six < one, "{one} {two} {six}");
+    }
+
+    #[test]
+    fn wrong_values_are_named() {
+        let key = |method: Fitted| method.validate().expect_err("wrong").key;
+        assert_eq!(key(Fitted { power: 0.5, ..Fitted::default() }), "power");
+        assert_eq!(key(Fitted { error: Some(0.0), ..Fitted::default() }), "error");
+        assert_eq!(key(Fitted { protrusion: Some(f64::NAN), ..Fitted::default() }), "protrusion");
+        assert_eq!(key(Fitted { spheres: 0, ..Fitted::default() }), "spheres");
+    }
+}
