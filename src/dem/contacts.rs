@@ -68,6 +68,19 @@ impl Default for Scratch {
     }
 }
 
+impl Scratch {
+    /// In a periodic box: ways between spheres become those to the nearest images.
+    #[inline(always)]
+    fn nearest(&mut self, field: &Field<'_>, count: usize) {
+        if field.setting.needs.periodic {
+            for [x, y, z, _] in &mut self.between[..count] {
+                let way = field.setting.way(Vec3::new(*x, *y, *z));
+                (*x, *y, *z) = (way.x, way.y, way.z);
+            }
+        }
+    }
+}
+
 /// Both spheres of each pair of the block, in the order of the list.
 pub type Pairs<'a> = (&'a [u32], &'a [u32]);
 
@@ -134,10 +147,12 @@ fn block_anywhere<K: Kind, const AVX2: bool>(
         begin += count;
         if field.setting.alike.is_some() {
             gather::<K, false>(field, (first, second), part.scratch);
+            part.scratch.nearest(field, count);
             answer::<K, false, AVX2>(&common, part.scratch, &mut part.book, entries);
             scatter::<K, false>((first, second), part);
         } else {
             gather::<K, true>(field, (first, second), part.scratch);
+            part.scratch.nearest(field, count);
             answer::<K, true, AVX2>(&common, part.scratch, &mut part.book, entries);
             scatter::<K, true>((first, second), part);
         }

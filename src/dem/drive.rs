@@ -6,7 +6,7 @@ use super::setting::Setting;
 use super::state::{Load, State};
 use super::{
     DemError, Observer, Summary, averaged_motion, checkpoint, extra, guard, ledger, limit, motion,
-    neighbours,
+    neighbours, servo,
 };
 use crate::model::{Cost, Model, Outcome, Scheme};
 use crate::num::{Job, Vec3, clock};
@@ -29,11 +29,15 @@ pub fn simulate(
     if !model.plan.insist && step > advice.limit {
         return Err(DemError::StepTooLarge { step, limit: advice.limit, reason: advice.reason });
     }
-    let setting = Setting::new(model);
+    let mut setting = Setting::new(model);
     let mut work = Workspace::new(job.threads, model.spheres.len());
     let (mut state, mut stopped) = match resume {
-        Some(bytes) => (checkpoint::read(model, bytes)?, None),
-        None => start(&setting, &mut work, observer),
+        Some(bytes) => {
+            let state = checkpoint::read(model, bytes)?;
+            setting.place_walls(&state.servos, state.step as f64 * step);
+            (state, None)
+        }
+        None => start(&mut setting, &mut work, observer),
     };
     let (from, loop_begun) = (state.step, Instant::now());
     let mut outcome = None;
@@ -51,7 +55,7 @@ pub fn simulate(
             outcome = Some(Outcome::Cancelled { step: state.step });
             break;
         }
-        (stopped, owed) = one_step(&setting, &mut state, &mut work, owed);
+        (stopped, owed) = one_step(&mut setting, &mut state, &mut work, owed);
         if stopped.is_some() || is_due(&setting, state.step) {
             record(&setting, &mut state, observer, stopped.is_some())?;
         }
@@ -81,12 +85,13 @@ pub fn simulate(
         },
         advice,
         rebuilds: state.rebuilds,
+        notes: servo::notes(model, &state.servos),
     })
 }
 
 /// State, force pass and output at time 0.
 fn start(
-    setting: &Setting<'_>,
+    setting: &mut Setting<'_>,
     work: &mut Workspace,
     observer: &mut dyn Observer,
 ) -> (State, Option<String>) {
@@ -109,7 +114,7 @@ fn start(
 /// From one force pass to just after the next. `owed` in and out: whether the second half
 /// kick is still to be done. Also why the run must stop.
 fn one_step(
-    setting: &Setting<'_>,
+    setting: &mut Setting<'_>,
     state: &mut State,
     work: &mut Workspace,
     owed: bool,
@@ -118,6 +123,7 @@ fn one_step(
         return (averaged_step(setting, state, work), false);
     }
     state.ledger.add_half();
+    move_walls(setting, state, (state.step + 1) as f64 * setting.step);
     let mut stopped = None;
     if motion::advance(setting, state, owed) {
         neighbours::rebuild(setting, state);
@@ -142,7 +148,12 @@ fn is_due(setting: &Setting<'_>, step: u64) -> bool {
 }
 
 /// Half a step, force pass, half a step.
-fn averaged_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace) -> Option<String> {
+fn averaged_step(
+    setting: &mut Setting<'_>,
+    state: &mut State,
+    work: &mut Workspace,
+) -> Option<String> {
+    move_walls(setting, state, (state.step as f64 + 0.5) * setting.step);
     let mut stopped = None;
     if averaged_motion::first_half(setting, state) {
         neighbours::rebuild(setting, state);
@@ -150,9 +161,19 @@ fn averaged_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace)
     }
     force_pass(setting, state, work, false);
     averaged_motion::second_half(setting, state);
+    // What is written now stands at the end of the step.
+    setting.place_walls(&state.servos, state.step as f64 * setting.step);
     // Powers act over the whole of this step.
     state.ledger.add_half();
     stopped
+}
+
+/// Walls to where the next pass, at `time`, finds them.
+fn move_walls(setting: &mut Setting<'_>, state: &mut State, time: f64) {
+    if setting.needs.servo_walls {
+        servo::advance(setting, state);
+    }
+    setting.place_walls(&state.servos, time);
 }
 
 /// Contact forces, local damping, and their energies.
@@ -169,6 +190,9 @@ pub(super) fn force_pass(
         bare_slip: setting.scheme == Scheme::Lammps,
     };
     let mut tally = evaluate(setting, state, work, &rule);
+    if setting.needs.servo_walls {
+        servo::respond(setting, state);
+    }
     tally += extra::pass(setting, state, &rule);
     tally.drag_power = extra::drag(setting, state, first);
     if setting.planar {

@@ -20,7 +20,6 @@ pub fn finite(state: &State) -> bool {
 
 /// Why the run must stop now; `None` if all is well.
 pub fn check(setting: &Setting<'_>, state: &State) -> Option<String> {
-    let domain = &setting.model.domain;
     for ball in &state.balls {
         let body = ball.body;
         let finite = ball.place.iter().chain(ball.velocity.iter()).all(|x| x.is_finite());
@@ -31,7 +30,7 @@ pub fn check(setting: &Setting<'_>, state: &State) -> Option<String> {
                 setting.step
             ));
         }
-        if !domain.contains(&ball.place) {
+        if setting.model.is_outside(&ball.place) {
             return Some(format!(
                 "body {body} left the domain at ({}, {}, {}) m; enlarge the domain, close the \
                  walls, or reduce the time step if it went through one",

@@ -430,7 +430,7 @@ fn each_link<'a>(setting: &'a Setting<'_>, state: &State, mut visit: impl FnMut(
         for k in entries(&state.pairs, slot) {
             let there = state.pairs.partner[k] as usize;
             let other = &state.balls[there];
-            let between = ball.place - other.place;
+            let between = setting.way(ball.place - other.place);
             let distance = between.norm();
             let overlap = ball.radius + other.radius - distance;
             if overlap < -1e-12 * ball.radius || distance == 0.0 {

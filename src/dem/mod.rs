@@ -48,6 +48,7 @@ pub mod limit;
 mod motion;
 mod neighbours;
 mod rolling;
+mod servo;
 mod setting;
 mod state;
 mod surface;
@@ -65,17 +66,23 @@ mod test_far;
 #[cfg(test)]
 mod test_oracles;
 #[cfg(test)]
+mod test_periodic;
+#[cfg(test)]
 mod test_physics;
 #[cfg(test)]
 mod test_runs;
 #[cfg(test)]
 mod test_scenes;
+#[cfg(test)]
+mod test_servo;
 
 pub use far::attraction;
 pub use far_tree::Pull;
 pub use limit::{Advice, advise};
 
-use crate::model::{Cost, Coulomb, Frame, History, Model, Outcome, Run, Scheme, SeriesRow, Touch};
+use crate::model::{
+    Cost, Coulomb, Frame, History, Model, Motion, Outcome, Run, Scheme, SeriesRow, Touch, WallShape,
+};
 use crate::num::Job;
 use crate::num::entry::MethodEntry;
 
@@ -102,6 +109,8 @@ pub struct Summary {
     pub advice: Advice,
     /// Times the candidate lists were built.
     pub rebuilds: u64,
+    /// What people should know of the end, one sentence each: where servo walls are.
+    pub notes: Vec<String>,
 }
 
 /// Why a run could not begin.
@@ -137,6 +146,11 @@ pub fn simulate(
     drive::simulate(model, resume, job, observer)
 }
 
+/// Gap up to which pairs of spheres are listed, m.
+pub fn list_skin(model: &Model) -> f64 {
+    setting::skin(model)
+}
+
 /// Runs `model` from time 0 and keeps everything.
 pub fn run(model: &Model, job: &Job) -> Result<Run, DemError> {
     let mut kept = Kept::default();
@@ -148,7 +162,7 @@ pub fn run(model: &Model, job: &Job) -> Result<Run, DemError> {
         touches: Some(summary.touches),
         series: kept.rows,
         cost: summary.cost,
-        notes: Vec::new(),
+        notes: summary.notes,
     })
 }
 
@@ -412,6 +426,7 @@ fn usable(model: &Model) -> Result<(), DemError> {
             return fault(format!("sphere {index} has the radius {} m", sphere.radius));
         }
     }
+    periodic(model)?;
     if let Some(problem) = extra::problem(model) {
         return fault(problem);
     }
@@ -424,6 +439,47 @@ fn usable(model: &Model) -> Result<(), DemError> {
             return fault(format!(
                 "the contact between materials {a} and {b} needs kn > 0 and finite kt, cn, ct, friction of at least 0"
             ));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses periodic boxes that are too small, and what does not go with them.
+fn periodic(model: &Model) -> Result<(), DemError> {
+    let Some(cell) = &model.periodic else { return Ok(()) };
+    let fault = |text: &str| Err(DemError::Unusable(text.to_owned()));
+    let reach =
+        model.spheres.iter().map(|sphere| sphere.offset.norm() + sphere.radius).fold(0.0, f64::max);
+    if let Some(axis) = cell.too_short(reach) {
+        return Err(DemError::Unusable(format!(
+            "the periodic box is too short along {} for bodies that reach {reach} m: four times that is the least",
+            ["x", "y", "z"][axis]
+        )));
+    }
+    if model.mutual.is_some() {
+        return fault(
+            "gravity between bodies in a periodic box would need Ewald sums, which are not there",
+        );
+    }
+    if model.needs().extra() {
+        return fault(
+            "cohesion, bridges, potentials, charges and rolling resistance look for pairs without images: not in a periodic box",
+        );
+    }
+    for wall in &model.walls {
+        let along = match &wall.shape {
+            WallShape::Plane { normal, .. } => {
+                (0..3).any(|axis| cell.periodic[axis] && normal[axis] != 0.0)
+                    || matches!(wall.motion, Motion::Rotate { .. })
+            }
+            WallShape::Mesh { .. } => true,
+        };
+        if along {
+            return Err(DemError::Unusable(format!(
+                "wall `{}` in a periodic box: only planes along the periodic axes that do not rotate go with one \
+                 (a mesh or a slanted plane would end at the side where space repeats itself)",
+                wall.name
+            )));
         }
     }
     Ok(())

@@ -29,6 +29,8 @@ pub struct Needs {
     pub tangential_damping: bool,
     /// Local (non-viscous) damping.
     pub local_damping: bool,
+    /// Space repeats itself along some axes.
+    pub periodic: bool,
     /// Attraction in contact.
     pub cohesion: bool,
     /// Liquid bridges.
@@ -49,6 +51,8 @@ pub struct Needs {
     pub meshes: bool,
     /// At least one wall that translates.
     pub sliding_walls: bool,
+    /// At least one wall that seeks a force.
+    pub servo_walls: bool,
     /// At least one wall that rotates.
     pub turning_walls: bool,
     /// Bodies turn: friction, or clumps, or a spin at the start.
@@ -78,6 +82,7 @@ impl Needs {
             normal_damping: pairs().any(|c| c.cn > 0.0),
             tangential_damping: friction && pairs().any(|c| c.ct > 0.0),
             local_damping: model.local_damping > 0.0,
+            periodic: model.periodic.is_some(),
             cohesion: model.extra.any(|f| f.cohesion.is_some()),
             bridges: model.extra.any(|f| f.bridge.is_some()),
             molecular: model.extra.any(|f| {
@@ -91,7 +96,10 @@ impl Needs {
                 matches!(w.shape, WallShape::Plane { .. }) && w.shape.axis_plane().is_none()
             }),
             meshes: wall(&|w| matches!(w.shape, WallShape::Mesh { .. })),
-            sliding_walls: wall(&|w| matches!(w.motion, Motion::Translate { .. })),
+            sliding_walls: wall(&|w| {
+                matches!(w.motion, Motion::Translate { .. } | Motion::Oscillate { .. })
+            }),
+            servo_walls: wall(&|w| matches!(w.motion, Motion::Servo { .. })),
             turning_walls: wall(&|w| matches!(w.motion, Motion::Rotate { .. })),
             rotation: friction
                 || clumps
@@ -105,7 +113,7 @@ impl Needs {
     }
 
     /// Every need with its key, what it is for people, and whether this scene has it.
-    pub fn table(&self) -> [(&'static str, &'static str, bool); 23] {
+    pub fn table(&self) -> [(&'static str, &'static str, bool); 25] {
         [
             ("discs", "two dimensions (discs of unit thickness)", self.discs),
             ("spheres", "single spheres", self.spheres),
@@ -118,6 +126,7 @@ impl Needs {
             ("normal_damping", "normal dashpot", self.normal_damping),
             ("tangential_damping", "tangential dashpot", self.tangential_damping),
             ("local_damping", "local (non-viscous) damping", self.local_damping),
+            ("periodic", "periodic box", self.periodic),
             ("cohesion", "attraction in contact", self.cohesion),
             ("bridges", "liquid bridges", self.bridges),
             ("molecular", "van der Waals and repulsive potentials", self.molecular),
@@ -128,6 +137,7 @@ impl Needs {
             ("oblique_planes", "oblique plane walls", self.oblique_planes),
             ("meshes", "mesh walls", self.meshes),
             ("sliding_walls", "walls that translate", self.sliding_walls),
+            ("servo_walls", "walls that seek a force", self.servo_walls),
             ("turning_walls", "walls that rotate", self.turning_walls),
             ("rotation", "rotation of bodies", self.rotation),
         ]

@@ -142,7 +142,7 @@ impl Road {
             touches: Some(summary.touches),
             series: recorder.rows,
             cost: summary.cost,
-            notes: Vec::new(),
+            notes: summary.notes,
         };
         self.write_run(&mut running, model, &run)?;
         running.count("steps", run.cost.steps as usize);

@@ -138,6 +138,12 @@ for r in table('clumps.csv'):
         ids[int(s[0])] = k
     clumps.append(clump)
 {%- endif %}
+{%- if needs.periodic %}
+
+# Space repeats itself; places are counted on and not wrapped.
+O.periodic = True
+O.cell.setBox({{ cell[0] }}, {{ cell[1] }}, {{ cell[2] }})
+{%- endif %}
 
 O.dt = {{ header.step }}
 O.engines = [

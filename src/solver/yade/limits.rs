@@ -1,7 +1,7 @@
 //! What YADE 2023.02a cannot express or does in its own way.
 
 use super::values;
-use crate::model::{Arm, Coulomb, History, Model, Scheme, WallShape};
+use crate::model::{Arm, Coulomb, History, Model, Motion, Scheme, WallShape};
 use crate::solver::{Limit, finite};
 
 /// Relative difference up to which moments of inertia count as equal.
@@ -41,6 +41,17 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
     for (there, reason) in refused {
         if there {
             limits.push(Limit::refused(reason));
+        }
+    }
+    if let Some(cell) = &model.periodic {
+        if needs.discs || cell.periodic != [true; 3] {
+            limits.push(Limit::refused(
+                "a box that is periodic along some axes only (or in two dimensions): YADE's cells repeat along all three",
+            ));
+        } else if !model.walls.is_empty() {
+            limits.push(Limit::refused(
+                "walls in a box that is periodic along all axes: in YADE they would meet their own images",
+            ));
         }
     }
     if plan.law.tension && needs.normal_damping {
@@ -108,6 +119,12 @@ fn materials(model: &Model, limits: &mut Vec<Limit>) {
 
 fn walls(model: &Model, limits: &mut Vec<Limit>) {
     for wall in &model.walls {
+        if matches!(wall.motion, Motion::Oscillate { .. } | Motion::Servo { .. }) {
+            limits.push(Limit::refused(format!(
+                "wall `{}` oscillates or seeks a force: YADE moves walls by their velocities, which would lag half a step behind",
+                wall.name
+            )));
+        }
         match &wall.shape {
             WallShape::Mesh { mesh } if mesh.triangles.is_empty() => {
                 limits.push(Limit::refused(format!("wall `{}` has no triangles", wall.name)));

@@ -25,6 +25,8 @@ pub struct Script {
     verlet: f64,
     damping: f64,
     gravity: [f64; 3],
+    /// Edge lengths of the periodic cell.
+    cell: [f64; 3],
     frame_every: u64,
     report_every: u64,
 }
@@ -88,6 +90,7 @@ impl Script {
             verlet: VERLET * model.spheres.iter().map(|s| s.radius).fold(f64::INFINITY, f64::min),
             damping: model.local_damping,
             gravity: plain(&model.gravity),
+            cell: model.periodic.map_or([0.0; 3], |cell| plain(&cell.bounds.size())),
             frame_every: model.plan.frame_every.max(1),
             report_every: (model.plan.steps / 50).max(1),
         })
@@ -120,7 +123,8 @@ impl WallValues {
             values.point = plain(point);
         }
         match &wall.motion {
-            Motion::Still => {}
+            // Walls of the other two kinds are refused (see the limits).
+            Motion::Still | Motion::Oscillate { .. } | Motion::Servo { .. } => {}
             Motion::Translate { velocity } => {
                 values.motion = "slide";
                 values.velocity = plain(velocity);
@@ -304,7 +308,7 @@ fn covering_triangle(
     let (centre, reach) = match &wall.motion {
         Motion::Rotate { origin, .. } => (*origin, (room.centre() - origin).norm()),
         Motion::Translate { velocity } => (room.centre(), velocity.norm() * time),
-        Motion::Still => (room.centre(), 0.0),
+        Motion::Still | Motion::Oscillate { .. } | Motion::Servo { .. } => (room.centre(), 0.0),
     };
     let foot = surface::project(&centre, point, normal);
     surface::triangle_around(&foot, normal, room.diagonal() + reach)
