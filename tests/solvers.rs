@@ -20,6 +20,7 @@ fn model(dimension: Dimension, contact: Contact) -> Model {
         dimension,
         seed: 1,
         bodies: Vec::new(),
+        bonds: Vec::new(),
         spheres: Vec::new(),
         materials: vec![Material { name: "stone".into(), density: 2500.0 }],
         contacts: ContactTable::uniform(1, contact),
@@ -39,6 +40,8 @@ fn model(dimension: Dimension, contact: Contact) -> Model {
             checkpoint_every: 0,
             scheme: Scheme::Liggghts,
             law: Scheme::Liggghts.law(),
+            zero_every: 0,
+            zero_until: 0,
             insist: false,
         },
     }

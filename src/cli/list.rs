@@ -161,7 +161,8 @@ mod tests {
         let or = |start: &str, usual: &str| {
             if example.starts_with(start) { example.to_owned() } else { usual.to_owned() }
         };
-        let clump = if example.contains("sphere\"") || example.starts_with("clump") {
+        let cluster = example.starts_with("cluster");
+        let clump = if cluster || example.contains("sphere\"") || example.starts_with("clump") {
             ""
         } else {
             "clump.normals = {}"
@@ -172,8 +173,12 @@ mod tests {
              [plan]\nduration = 1.0\n{}\n",
             or("packing", "packing.random = {}"),
             or("contact", "contact = { kn = 1000.0 }"),
-            or("shape", "shape.union = {}"),
-            if example.starts_with("clump") { example } else { "" },
+            or("shape", if cluster { "shape = \"sphere\"" } else { "shape.union = {}" }),
+            if example.starts_with("clump") || example.starts_with("body") || cluster {
+                example
+            } else {
+                ""
+            },
             if example.starts_with("plan") { &example["plan.".len()..] } else { "" },
         )
     }

@@ -6,6 +6,7 @@
 //! says how far spheres are from a solid; [`file`] keeps clumps on disk.
 
 mod axial;
+mod cluster;
 mod cover;
 mod dynamic;
 mod euclidean;
@@ -14,6 +15,7 @@ pub mod file;
 mod fitted;
 mod four_points;
 mod ladder;
+mod lattice;
 mod nodes;
 mod normals;
 mod patches;
@@ -24,12 +26,14 @@ mod reproduce;
 mod voxels;
 
 pub use axial::{Axial, Girth};
+pub use cluster::{Cluster, Members, Pattern};
 pub use dynamic::Dynamic;
 pub use euclidean::Euclidean;
 pub use fidelity::{POINTS, measure};
 pub use fitted::{Fitted, Volume};
 pub use four_points::FourPoints;
 pub use ladder::reproduce_to_error;
+pub use lattice::{Lattice, Stacking};
 pub use nodes::{Nodes, Place};
 pub use normals::{Normals, Order};
 pub use replaced::Replaced;
@@ -52,6 +56,8 @@ pub const METHODS: &[MethodEntry] = &[
     normals::ENTRY,
     axial::ENTRY,
     euclidean::ENTRY,
+    cluster::ENTRY,
+    lattice::ENTRY,
 ];
 
 /// Spheres that stand for one solid and move as one body, in the body frame:

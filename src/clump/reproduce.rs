@@ -2,7 +2,8 @@
 
 use super::fidelity::{POINTS, compare};
 use super::{
-    Axial, Clump, ClumpError, Dynamic, Euclidean, Fitted, FourPoints, Nodes, Normals, Replaced,
+    Axial, Clump, ClumpError, Dynamic, Euclidean, Fitted, FourPoints, Lattice, Nodes, Normals,
+    Replaced,
 };
 use crate::geometry::{Ball, SignedDistance, united};
 use crate::num::random::{Stream, stream};
@@ -31,6 +32,8 @@ pub enum Method {
     Axial(Axial),
     /// Largest spheres of a voxel image.
     Euclidean(Euclidean),
+    /// Touching equal spheres on a lattice (D4).
+    Lattice(Lattice),
 }
 
 /// What the mass, centre and inertia of a clump are taken from.
@@ -115,6 +118,7 @@ impl Method {
             Self::Normals(method) => (method.validate(), "normals"),
             Self::Axial(method) => (method.validate(), "axial"),
             Self::Euclidean(method) => (method.validate(), "euclidean"),
+            Self::Lattice(method) => (method.validate(), "lattice"),
         };
         checked.map_err(|fault| fault.under(key))
     }
@@ -129,6 +133,7 @@ impl Method {
             Self::Normals(method) => method.find(target, source, job),
             Self::Axial(method) => method.find(target, job),
             Self::Euclidean(method) => method.find(target, job),
+            Self::Lattice(method) => method.find(target, job),
         }
     }
 }

@@ -210,7 +210,7 @@ mod tests {
                 .filter(|&cell| !voxels.inside[cell])
                 .map(|cell| voxels.centre(cell))
                 .collect();
-            for cell in 0..voxels.inside.len() {
+            for (cell, square) in squares.iter().enumerate() {
                 let centre = voxels.centre(cell);
                 let exact = distance.at(&centre);
                 assert!(exact.abs() < 1e-9 || voxels.inside[cell] == (exact < 0.0));
@@ -221,11 +221,7 @@ mod tests {
                         .fold(f64::INFINITY, f64::min);
                     let scaled = nearest / voxels.edge.powi(2);
                     let expected = if voxels.inside[cell] { scaled } else { 0.0 };
-                    assert!(
-                        (squares[cell] - expected).abs() < 1e-9,
-                        "{} {expected}",
-                        squares[cell]
-                    );
+                    assert!((square - expected).abs() < 1e-9, "{square} {expected}");
                 }
             }
         }

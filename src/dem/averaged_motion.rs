@@ -35,7 +35,7 @@ pub fn second_half(setting: &Setting<'_>, state: &mut State) {
             ball.velocity += (load.force * light.mass + gravity) * step;
         }
     }
-    if setting.needs.friction {
+    if setting.needs.rotation {
         for ((spin, load), light) in state.spins.iter_mut().zip(&state.loads).zip(&state.light) {
             *spin += load.torque * (light.inertia * step);
         }

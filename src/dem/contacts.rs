@@ -79,6 +79,12 @@ impl Scratch {
             }
         }
     }
+
+    /// Bytes that it takes.
+    #[cfg(test)]
+    pub fn bytes(&self) -> usize {
+        SWEEP * (7 * size_of::<Line>() + size_of::<Contact>()) + self.pulls.capacity() * 64
+    }
 }
 
 /// Both spheres of each pair of the block, in the order of the list.
@@ -107,24 +113,32 @@ pub struct Part<'a> {
     pub book: BookView<'a>,
     /// Pulls on spheres of later blocks, in the order of the list.
     pub outbox: &'a mut Vec<Pull>,
-    /// Scratch.
-    pub scratch: &'a mut Scratch,
 }
 
 /// Answers all pairs whose first sphere is in the block: sets its loads, fills its outbox.
-pub fn block<K: Kind>(field: &Field<'_>, pairs: Pairs<'_>, part: &mut Part<'_>) -> Tally {
+pub fn block<K: Kind>(
+    field: &Field<'_>,
+    pairs: Pairs<'_>,
+    part: &mut Part<'_>,
+    scratch: &mut Scratch,
+) -> Tally {
     #[cfg(target_arch = "x86_64")]
     if is_x86_feature_detected!("avx2") {
         // SAFETY: the processor has AVX2, which is all that the function asks for.
-        return unsafe { block_avx2::<K>(field, pairs, part) };
+        return unsafe { block_avx2::<K>(field, pairs, part, scratch) };
     }
-    block_anywhere::<K, false>(field, pairs, part)
+    block_anywhere::<K, false>(field, pairs, part, scratch)
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn block_avx2<K: Kind>(field: &Field<'_>, pairs: Pairs<'_>, part: &mut Part<'_>) -> Tally {
-    block_anywhere::<K, true>(field, pairs, part)
+fn block_avx2<K: Kind>(
+    field: &Field<'_>,
+    pairs: Pairs<'_>,
+    part: &mut Part<'_>,
+    scratch: &mut Scratch,
+) -> Tally {
+    block_anywhere::<K, true>(field, pairs, part, scratch)
 }
 
 #[inline(always)]
@@ -132,13 +146,14 @@ fn block_anywhere<K: Kind, const AVX2: bool>(
     field: &Field<'_>,
     pairs: Pairs<'_>,
     part: &mut Part<'_>,
+    scratch: &mut Scratch,
 ) -> Tally {
     let (law, radius) = field.setting.alike.unwrap_or((NO_LAW, 0.0));
     let common =
         Common { rule: *field.rule, law, radius, share: field.setting.share, kiss: field.yade };
     part.outbox.clear();
-    part.scratch.pulls.clear();
-    part.scratch.pulls.resize(part.loads.len(), [[0.0; 4]; 2]);
+    scratch.pulls.clear();
+    scratch.pulls.resize(part.loads.len(), [[0.0; 4]; 2]);
     let mut sums = [0.0; 4];
     let mut begin = 0;
     for (first, second) in pairs.0.chunks(SWEEP).zip(pairs.1.chunks(SWEEP)) {
@@ -146,23 +161,23 @@ fn block_anywhere<K: Kind, const AVX2: bool>(
         let entries = begin..begin + count;
         begin += count;
         if field.setting.alike.is_some() {
-            gather::<K, false>(field, (first, second), part.scratch);
-            part.scratch.nearest(field, count);
-            answer::<K, false, AVX2>(&common, part.scratch, &mut part.book, entries);
-            scatter::<K, false>((first, second), part);
+            gather::<K, false>(field, (first, second), scratch);
+            scratch.nearest(field, count);
+            answer::<K, false, AVX2>(&common, scratch, &mut part.book, entries);
+            scatter::<K, false>((first, second), part, scratch);
         } else {
-            gather::<K, true>(field, (first, second), part.scratch);
-            part.scratch.nearest(field, count);
-            answer::<K, true, AVX2>(&common, part.scratch, &mut part.book, entries);
-            scatter::<K, true>((first, second), part);
+            gather::<K, true>(field, (first, second), scratch);
+            scratch.nearest(field, count);
+            answer::<K, true, AVX2>(&common, scratch, &mut part.book, entries);
+            scatter::<K, true>((first, second), part, scratch);
         }
-        for line in &part.scratch.taken[..count] {
+        for line in &scratch.taken[..count] {
             for (sum, taken) in sums.iter_mut().zip(line) {
                 *sum += taken;
             }
         }
     }
-    for (load, [force, torque]) in part.loads.iter_mut().zip(&part.scratch.pulls) {
+    for (load, [force, torque]) in part.loads.iter_mut().zip(&scratch.pulls) {
         load.force = Vec3::new(force[0], force[1], force[2]);
         load.torque = Vec3::new(torque[0], torque[1], torque[2]);
     }
@@ -227,8 +242,12 @@ fn sum(a: &Line, b: &Line, s: f64) -> Line {
 
 /// Adds the forces of a sweep to the spheres, in the order of the list.
 #[inline(always)]
-fn scatter<K: Kind, const MIXED: bool>((first, second): Pairs<'_>, part: &mut Part<'_>) {
-    let Scratch { force, couple, pulls, .. } = &mut *part.scratch;
+fn scatter<K: Kind, const MIXED: bool>(
+    (first, second): Pairs<'_>,
+    part: &mut Part<'_>,
+    scratch: &mut Scratch,
+) {
+    let Scratch { force, couple, pulls, .. } = scratch;
     let lines = force.iter().zip(&*couple);
     for ((i, j), (force, couple)) in first.iter().zip(second).zip(lines) {
         let (arm, reach) = if MIXED { (force[3], couple[3]) } else { (1.0, 1.0) };

@@ -5,8 +5,8 @@ use super::law::Rule;
 use super::setting::Setting;
 use super::state::{Load, State};
 use super::{
-    DemError, Observer, Summary, averaged_motion, checkpoint, extra, guard, ledger, limit, motion,
-    neighbours, servo,
+    DemError, Observer, Summary, averaged_motion, bond, checkpoint, extra, guard, ledger, limit,
+    motion, neighbours, servo, zeroing,
 };
 use crate::model::{Cost, Model, Outcome, Scheme};
 use crate::num::{Job, Vec3, clock};
@@ -56,6 +56,7 @@ pub fn simulate(
             break;
         }
         (stopped, owed) = one_step(&mut setting, &mut state, &mut work, owed);
+        zeroing::apply(&setting, &mut state);
         if stopped.is_some() || is_due(&setting, state.step) {
             record(&setting, &mut state, observer, stopped.is_some())?;
         }
@@ -75,6 +76,7 @@ pub fn simulate(
     Ok(Summary {
         outcome,
         touches: ledger::touches(&setting, &state),
+        breaks: state.bonds.broken.clone(),
         cost: Cost {
             cpu_seconds: clock::since(cpu, begun),
             wall_seconds: begun.elapsed().as_secs_f64(),
@@ -125,7 +127,7 @@ fn one_step(
     state.ledger.add_half();
     move_walls(setting, state, (state.step + 1) as f64 * setting.step);
     let mut stopped = None;
-    if motion::advance(setting, state, owed) {
+    if motion::advance(setting, state, owed) | state.bonds.take_changed() {
         neighbours::rebuild(setting, state);
         stopped = guard::check(setting, state);
     }
@@ -142,6 +144,7 @@ fn is_due(setting: &Setting<'_>, step: u64) -> bool {
     let plan = &setting.model.plan;
     let every = |steps: u64| step.is_multiple_of(steps.max(1));
     step == plan.steps
+        || zeroing::due(plan, step)
         || every(plan.frame_every)
         || every(plan.series_every)
         || (plan.checkpoint_every > 0 && every(plan.checkpoint_every))
@@ -155,7 +158,7 @@ fn averaged_step(
 ) -> Option<String> {
     move_walls(setting, state, (state.step as f64 + 0.5) * setting.step);
     let mut stopped = None;
-    if averaged_motion::first_half(setting, state) {
+    if averaged_motion::first_half(setting, state) | state.bonds.take_changed() {
         neighbours::rebuild(setting, state);
         stopped = guard::check(setting, state);
     }
@@ -193,6 +196,7 @@ pub(super) fn force_pass(
     if setting.needs.servo_walls {
         servo::respond(setting, state);
     }
+    tally += bond::pass(setting, state, &rule, first);
     tally += extra::pass(setting, state, &rule);
     tally.drag_power = extra::drag(setting, state, first);
     if setting.planar {

@@ -21,7 +21,7 @@ use crate::num::Vec3;
 use rayon::prelude::*;
 
 /// Least number of spheres a block.
-const BLOCK: usize = 2048;
+const BLOCK: usize = 1200;
 /// Most blocks.
 const BLOCKS: usize = 64;
 /// Scenes below this size run on one thread: a pass is shorter than waking a second one.
@@ -55,6 +55,7 @@ pub struct Push {
 #[derive(Debug, Default)]
 struct Blocks {
     size: usize,
+    /// One for each thread.
     scratch: Vec<Scratch>,
     /// First sphere of each pair.
     owners: Vec<u32>,
@@ -77,7 +78,6 @@ impl Blocks {
         let count = state.balls.len();
         let number = (count / BLOCK).clamp(1, BLOCKS);
         self.size = count.div_ceil(number).max(1);
-        self.scratch.resize_with(number, Scratch::default);
         self.outboxes.resize_with(number, Vec::new);
         self.mail = vec![Vec::new(); number];
         let pairs = &state.pairs;
@@ -121,6 +121,17 @@ impl Workspace {
             memory: Memory::default(),
             far: Far::new(threads),
         }
+    }
+
+    /// Bytes of what grows with the number of spheres and pairs.
+    #[cfg(test)]
+    pub fn bytes(&self) -> usize {
+        let blocks = &self.blocks;
+        blocks.owners.capacity() * 4
+            + blocks.at_walls.capacity() * 4
+            + blocks.outboxes.iter().map(|sent| sent.capacity() * 64).sum::<usize>()
+            + blocks.mail.iter().map(|mail| mail.capacity() * 12).sum::<usize>()
+            + blocks.scratch.iter().map(Scratch::bytes).sum::<usize>()
     }
 
     /// Puts walls where they are at the state's time.
@@ -216,8 +227,8 @@ fn pass<K: Kind>(
     let mut books = [pairs.book.view(), planes.book.view(), faces.book.view()].map(Some);
     let mut near: &[u32] = at_walls;
     let mut parts: Vec<Part<'_>> = Vec::with_capacity(mail.len());
-    let mine = state.loads.chunks_mut(size).zip(outboxes.iter_mut()).zip(scratch.iter_mut());
-    for (number, ((loads, outbox), scratch)) in mine.enumerate() {
+    let mine = state.loads.chunks_mut(size).zip(outboxes.iter_mut());
+    for (number, (loads, outbox)) in mine.enumerate() {
         let (first, last) = (number * size, number * size + loads.len());
         let mut take = |which: usize| {
             let start = lists[which];
@@ -232,25 +243,26 @@ fn pass<K: Kind>(
         near = rest;
         parts.push(Part {
             list: (&owners[range.clone()], &partner[range]),
-            pairs: contacts::Part { first, loads, book, outbox, scratch },
+            pairs: contacts::Part { first, loads, book, outbox },
             at_walls: here,
             planes: (planes.0, planes.1.start),
             faces: (faces.0, faces.1.start),
             tally: Tally::default(),
         });
     }
-    let run = |part: &mut Part<'_>| {
-        part.tally = contacts::block::<K>(&field, part.list, &mut part.pairs);
-        block_walls::<K>(&field, plane_list, face_list, part);
-    };
     let threads = work.pool.as_ref().map_or(1, rayon::ThreadPool::current_num_threads);
-    let share = parts.len().div_ceil(threads);
+    let share = parts.len().div_ceil(threads).max(1);
+    scratch.resize_with(parts.len().div_ceil(share), Scratch::default);
+    let run = |(parts, scratch): (&mut [Part<'_>], &mut Scratch)| {
+        for part in parts {
+            part.tally = contacts::block::<K>(&field, part.list, &mut part.pairs, scratch);
+            block_walls::<K>(&field, plane_list, face_list, part);
+        }
+    };
     match &work.pool {
-        None => parts.iter_mut().for_each(run),
+        None => parts.chunks_mut(share).zip(scratch).for_each(run),
         Some(pool) => {
-            pool.install(|| {
-                parts.par_chunks_mut(share).for_each(|parts| parts.iter_mut().for_each(run))
-            });
+            pool.install(|| parts.par_chunks_mut(share).zip(scratch).for_each(run));
         }
     }
     let mut total = Tally::default();

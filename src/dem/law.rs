@@ -409,7 +409,7 @@ fn mean_power(before: f64, now: f64) -> f64 {
 
 /// The spring of the last pass, turned with the contact.
 #[inline(always)]
-fn carry<K: Kind>(rule: &Rule, approach: &Approach, old: &Record) -> Vec3 {
+pub fn carry<K: Kind>(rule: &Rule, approach: &Approach, old: &Record) -> Vec3 {
     let n = approach.normal;
     match K::HISTORY {
         History::Projected => old.spring,

@@ -11,6 +11,7 @@
 //! drops its spring energy unseen: that residual does not shrink.
 //! Cost: 8 % of a step in a settled bed.
 
+use super::bond;
 use super::law::Tally;
 use super::setting::{PlaneNow, Setting};
 use super::state::State;
@@ -28,6 +29,8 @@ pub struct Ledger {
     pub wall_work: f64,
     /// Dissipated by local damping.
     pub local_damping: f64,
+    /// Kinetic energy taken where velocities were set to zero.
+    pub zeroed: f64,
     /// Dissipated by drag.
     pub drag: f64,
     /// Half of the work of drag in the present pass.
@@ -68,8 +71,10 @@ impl Ledger {
 /// What a sweep over all touching contacts finds.
 #[derive(Debug, Default)]
 pub struct Sweep {
-    /// Energy in springs, J.
+    /// Energy in the springs of contacts, J.
     pub elastic: f64,
+    /// Energy in intact bonds, J.
+    pub bonds: f64,
     /// Potential energy of attraction, J.
     pub attraction: f64,
     /// Contacts, walls included.
@@ -143,10 +148,25 @@ pub fn sweep(setting: &Setting<'_>, state: &State) -> Sweep {
         add(law, overlap, spring, ball.radius);
     });
     found.between = between;
+    if setting.needs.bonds {
+        let held = bond::held(setting, state);
+        let (energy, count, overlap) = held.contacts;
+        found.bonds = held.elastic;
+        found.elastic += energy;
+        found.contacts += count;
+        found.between += count;
+        found.worst_overlap = found.worst_overlap.max(overlap);
+    }
     let (attraction, rolling) = super::extra::stored(setting, state);
     found.attraction = attraction;
     found.elastic += rolling;
     found
+}
+
+/// Energy in contacts and bonds, and of attraction, J.
+pub fn stored(setting: &Setting<'_>, state: &State) -> f64 {
+    let found = sweep(setting, state);
+    found.elastic + found.bonds + found.attraction
 }
 
 /// Velocity in the contact plane: `away` from the partner to the sphere, `velocity`
@@ -155,12 +175,6 @@ fn slide(away: Vec3, velocity: Vec3, turning: Vec3) -> Vec3 {
     let normal = away.normalize();
     let whole = velocity + normal.cross(&turning);
     whole - normal * whole.dot(&normal)
-}
-
-/// Energy in springs and attraction, J.
-pub fn stored(setting: &Setting<'_>, state: &State) -> f64 {
-    let found = sweep(setting, state);
-    found.elastic + found.attraction
 }
 
 /// Calls `each(slot, partner, k)` for every touching entry.
@@ -229,6 +243,9 @@ pub fn row(setting: &Setting<'_>, state: &State) -> SeriesRow {
         + ledger.contacts.tangential_dashpot
         + ledger.contacts.slip
         + ledger.local_damping
+        + state.bonds.damped
+        + state.bonds.released
+        + ledger.zeroed
         + ledger.contacts.rolling
         + ledger.contacts.wetting
         + ledger.drag;
@@ -253,7 +270,17 @@ pub fn row(setting: &Setting<'_>, state: &State) -> SeriesRow {
         wetting: ledger.contacts.wetting,
         drag: ledger.drag,
         wall_work: ledger.wall_work,
-        energy_error: kinetic + found.elastic + found.attraction + gravitational + lost
+        bond_elastic: found.bonds,
+        bond_damping: state.bonds.damped,
+        bond_released: state.bonds.released,
+        bonds: state.bonds.intact(),
+        zeroed: ledger.zeroed,
+        energy_error: kinetic
+            + found.elastic
+            + found.bonds
+            + found.attraction
+            + gravitational
+            + lost
             - ledger.wall_work
             - ledger.start,
         contacts: found.contacts,
@@ -284,6 +311,9 @@ pub fn touches(setting: &Setting<'_>, state: &State) -> Vec<Touch> {
             tangential: law.kt * record.spring.norm(),
         });
     });
+    if setting.needs.bonds {
+        all.extend(bond::touches(setting, state));
+    }
     all.retain(|touch| touch.normal.is_finite() && touch.tangential.is_finite());
     all.sort_unstable_by_key(|touch| (touch.first, touch.second));
     all

@@ -14,12 +14,14 @@
 //!   and the limits above shrink by √(1 + ζ²) − ζ, ζ = c/(2√(k m_eff)). The same holds
 //!   for `path_averaged`: implicit for a pair alone, where c Δt/m_eff > 2 loses
 //!   accuracy only, but each contact sees the forces of the others a step late.
+//! - bonds: as network, their springs in the same blocks (see [`super::bond_limit`]).
 //! - attraction and rolling: their largest stiffness is added to kn and kt of the pair
 //!   (see [`super::extra::stiffened`]); drag c acts like a dashpot, c Δt/m < 2.
 //! - speed: no body moves more than a tenth of the smallest radius in a step.
 //!
 //! O(contacts) for the network, O(bodies × members²) for the rest.
 
+use super::bond_limit;
 use super::neighbours;
 use super::setting::Setting;
 use super::state::State;
@@ -100,6 +102,8 @@ pub fn advise(model: &Model) -> Advice {
     neighbours::rebuild(&setting, &mut state);
     let network = network_bound(&setting, &state, None).map(|bound| bound.step);
     let packed = packed_bound(&setting);
+    let bonded = bond_limit::packed(&setting, &state, packed);
+    let contact_time = pairs.contact_time.min(bond_limit::shortest(model));
     let (now, fastest) = speeds(model);
     let smallest = model.spheres.iter().map(|s| s.radius).fold(f64::INFINITY, f64::min);
     let speed = (fastest > 0.0).then(|| 0.1 * smallest / fastest);
@@ -107,16 +111,16 @@ pub fn advise(model: &Model) -> Advice {
     let limits = [
         ("the contacts present at the start", network),
         ("a dense packing", Some(packed)),
+        ("the bonds", bonded),
         ("the dashpots", pairs.damping),
         ("half the smallest radius a step at the speeds of the start", start),
     ];
     let (limited_by, limit) = least(&limits);
     let accurate = match setting.scheme {
-        Scheme::PathAveraged => (
-            "a twentieth of the shortest contact",
-            Some(pairs.contact_time / STEPS_PER_AVERAGED_CONTACT),
-        ),
-        _ => ("a fiftieth of the shortest contact", Some(pairs.contact_time / STEPS_PER_CONTACT)),
+        Scheme::PathAveraged => {
+            ("a twentieth of the shortest contact", Some(contact_time / STEPS_PER_AVERAGED_CONTACT))
+        }
+        _ => ("a fiftieth of the shortest contact", Some(contact_time / STEPS_PER_CONTACT)),
     };
     let choices = [
         accurate,
@@ -130,7 +134,7 @@ pub fn advise(model: &Model) -> Advice {
         reason: format!(
             "{governs} governs ({step:.3e} s); the limit of {limit:.3e} s comes from {limited_by}"
         ),
-        contact_time: pairs.contact_time,
+        contact_time,
         network,
         packed,
         damping: pairs.damping,
@@ -312,7 +316,7 @@ struct Link<'a> {
 pub fn network_bound(setting: &Setting<'_>, state: &State, step: Option<f64>) -> Option<Bound> {
     let bodies = &setting.model.bodies;
     let mut crude = vec![(0.0f64, 0.0f64); bodies.len()];
-    let mut any = false;
+    let (mut any, mut viscosity) = (false, 0.0f64);
     each_link(setting, state, |link| {
         any = true;
         let body = &bodies[link.body as usize];
@@ -323,8 +327,18 @@ pub fn network_bound(setting: &Setting<'_>, state: &State, step: Option<f64>) ->
             link.weight * (link.law.kn.max(across) / body.mass + link.law.kn.max(across) * turning);
         entry.1 = entry.1.max(damping_ratio(setting, &link));
     });
+    bond_limit::each_part(setting, state, |part| {
+        any = true;
+        let entry = &mut crude[part.body as usize];
+        let own = part.stiffness * part.way.norm_squared();
+        entry.0 += own;
+        viscosity = viscosity.max(part.viscosity);
+    });
     if !any {
         return None;
+    }
+    for entry in crude.iter_mut().filter(|_| viscosity > 0.0) {
+        entry.1 = entry.1.max(0.5 * viscosity * entry.0.sqrt());
     }
     let pass = |entry: &(f64, f64)| {
         step.is_some_and(|step| entry.0 <= 0.0 || step <= shrink(entry.1) * 2.0 / entry.0.sqrt())
@@ -346,6 +360,11 @@ pub fn network_bound(setting: &Setting<'_>, state: &State, step: Option<f64>) ->
             add_link(&mut block.1, setting, &bodies[link.body as usize], turn, &link);
         }
     });
+    bond_limit::each_part(setting, state, |part| {
+        if let Some(block) = blocks.get_mut(place[part.body as usize] as usize) {
+            block.1 += part.way * part.way.transpose() * part.stiffness;
+        }
+    });
     blocks
         .into_iter()
         .map(|(body, block)| {
@@ -363,7 +382,7 @@ fn state_turn(setting: &Setting<'_>, state: &State, body: u32) -> crate::num::Ro
 }
 
 /// How far a damping ratio ζ shrinks the limit of an undamped mode.
-fn shrink(zeta: f64) -> f64 {
+pub(super) fn shrink(zeta: f64) -> f64 {
     (1.0 + zeta * zeta).sqrt() - zeta
 }
 

@@ -34,6 +34,9 @@ mod averaged;
 mod averaged_loops;
 mod averaged_motion;
 mod averaged_pass;
+mod bond;
+mod bond_law;
+mod bond_limit;
 mod checkpoint;
 mod contacts;
 mod drive;
@@ -54,16 +57,21 @@ mod state;
 mod surface;
 mod turn;
 mod walls;
+mod zeroing;
 
 #[cfg(test)]
 mod reference;
 #[cfg(test)]
 mod test_averaged;
 #[cfg(test)]
+mod test_bonds;
+#[cfg(test)]
 mod test_extra;
 #[cfg(test)]
 mod test_far;
 #[cfg(test)]
+// Digits as the reference tables have them.
+#[allow(clippy::excessive_precision)]
 mod test_oracles;
 #[cfg(test)]
 mod test_periodic;
@@ -81,7 +89,8 @@ pub use far_tree::Pull;
 pub use limit::{Advice, advise};
 
 use crate::model::{
-    Cost, Coulomb, Frame, History, Model, Motion, Outcome, Run, Scheme, SeriesRow, Touch, WallShape,
+    Break, Cost, Coulomb, Frame, History, Model, Motion, Outcome, Run, Scheme, SeriesRow, Touch,
+    WallShape,
 };
 use crate::num::Job;
 use crate::num::entry::MethodEntry;
@@ -103,6 +112,8 @@ pub struct Summary {
     pub outcome: Outcome,
     /// Sphere–sphere contacts at the end; tangential: the spring's part.
     pub touches: Vec<Touch>,
+    /// Bonds that broke, in the order of time.
+    pub breaks: Vec<Break>,
     /// Time and memory.
     pub cost: Cost,
     /// What was known about the step beforehand.
@@ -160,6 +171,7 @@ pub fn run(model: &Model, job: &Job) -> Result<Run, DemError> {
         outcome: summary.outcome,
         frames: kept.frames,
         touches: Some(summary.touches),
+        breaks: Some(summary.breaks),
         series: kept.rows,
         cost: summary.cost,
         notes: summary.notes,
@@ -284,6 +296,13 @@ pub const METHODS: &[MethodEntry] = &[
         summary: "tension, Coulomb limit (sum, spring, stick), history (rescaled, projected, rotated) and arm (half, full, radius) one by one",
         source: "",
         example: r#"plan.law.variant = { coulomb = "spring", history = "projected", arm = "radius" }"#,
+    },
+    MethodEntry {
+        key: "bonded",
+        id: "D9",
+        summary: "grains of spheres joined by contact bonds (strengths in N) or beams (strengths in Pa) that break",
+        source: "Potyondy & Cundall 2004; large rotations: Wang 2009",
+        example: r#"body.bonded = { law.contact = { tension = "1 N", shear = "0.5 N" } }"#,
     },
     MethodEntry {
         key: "linear",
@@ -427,6 +446,7 @@ fn usable(model: &Model) -> Result<(), DemError> {
         }
     }
     periodic(model)?;
+    bonds_usable(model)?;
     if let Some(problem) = extra::problem(model) {
         return fault(problem);
     }
@@ -461,6 +481,9 @@ fn periodic(model: &Model) -> Result<(), DemError> {
             "gravity between bodies in a periodic box would need Ewald sums, which are not there",
         );
     }
+    if !model.bonds.is_empty() {
+        return fault("bonds look for their spheres without images: not in a periodic box");
+    }
     if model.needs().extra() {
         return fault(
             "cohesion, bridges, potentials, charges and rolling resistance look for pairs without images: not in a periodic box",
@@ -481,6 +504,39 @@ fn periodic(model: &Model) -> Result<(), DemError> {
                 wall.name
             )));
         }
+    }
+    Ok(())
+}
+
+/// Refuses bonds that cannot be.
+fn bonds_usable(model: &Model) -> Result<(), DemError> {
+    let fault = |index: usize, what: &str| Err(DemError::Unusable(format!("bond {index} {what}")));
+    let needs = model.needs();
+    if needs.bonds && (needs.cohesion || needs.bridges || needs.rolling || needs.molecular) {
+        return Err(DemError::Unusable(
+            "bonds together with attraction or resistance to rolling are not done: the contact that a \
+             broken bond leaves would lack them"
+                .to_owned(),
+        ));
+    }
+    let mut pairs: Vec<(u32, u32)> = Vec::with_capacity(model.bonds.len());
+    for (index, bond) in model.bonds.iter().enumerate() {
+        let of = |sphere: u32| model.spheres.get(sphere as usize).map(|s| s.body);
+        let (Some(one), Some(two)) = (of(bond.first), of(bond.second)) else {
+            return fault(index, "joins a sphere that does not exist");
+        };
+        if one == two || bond.first >= bond.second {
+            return fault(index, "must join spheres of two bodies, the lower number first");
+        }
+        if let Some(what) = bond.fault() {
+            return fault(index, what);
+        }
+        pairs.push((bond.first, bond.second));
+    }
+    pairs.sort_unstable();
+    if let Some(twice) = pairs.windows(2).find(|two| two[0] == two[1]) {
+        let (a, b) = twice[0];
+        return Err(DemError::Unusable(format!("spheres {a} and {b} have two bonds")));
     }
     Ok(())
 }

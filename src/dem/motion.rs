@@ -110,7 +110,7 @@ fn kick_alone(setting: &Setting<'_>, state: &mut State, span: f64) {
 }
 
 fn kick_spins(setting: &Setting<'_>, state: &mut State, span: f64) {
-    if setting.needs.friction {
+    if setting.needs.rotation {
         for ((spin, load), light) in state.spins.iter_mut().zip(&state.loads).zip(&state.light) {
             *spin += load.torque * (light.inertia * span);
         }

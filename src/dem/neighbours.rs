@@ -294,6 +294,10 @@ fn pairs(setting: &Setting<'_>, state: &State, grid: &Grid, memory: &[(u64, Reco
     let mut partner = Vec::with_capacity(4 * balls.len());
     start.push(0);
     let images = setting.model.periodic.map(|cell| (cell, reach_of_images(balls, &cell, skin)));
+    let bonded = |slot: usize, other: usize| {
+        setting.needs.bonds
+            && state.bonds.holds(&setting.bonds, state.order[slot], state.order[other])
+    };
     for (slot, ball) in balls.iter().enumerate() {
         for level in &grid.levels[grid.level[slot] as usize..] {
             let reach = Vec3::repeat(ball.radius + level.reach + skin);
@@ -304,7 +308,7 @@ fn pairs(setting: &Setting<'_>, state: &State, grid: &Grid, memory: &[(u64, Reco
                     let between = ball.place - there.place;
                     let near = between.norm_squared() < range * range
                         && (images.is_none() || setting.shift(&between) == Vec3::zeros());
-                    if near && ball.body != there.body {
+                    if near && ball.body != there.body && !bonded(slot, other as usize) {
                         partner.push(other);
                     }
                 }

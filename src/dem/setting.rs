@@ -1,5 +1,6 @@
 //! What does not change during a run, laid out for the kernels.
 
+use super::bond;
 use super::extra::{self, Fixed};
 use super::law::Kept;
 use super::servo::{Servo, WallNow};
@@ -37,6 +38,8 @@ pub struct Setting<'a> {
     pub walls: Vec<WallNow>,
     /// Indices of plane walls in `model.walls`.
     pub planes: Vec<u16>,
+    /// Bonds between bodies.
+    pub bonds: bond::Table,
     /// Fixed values of forces besides the linear contact.
     pub extra: Fixed,
     /// Parameters between spheres and their radius, if all are alike.
@@ -75,7 +78,7 @@ impl<'a> Setting<'a> {
         let planes = (0..model.walls.len() as u16)
             .filter(|w| matches!(model.walls[*w as usize].shape, WallShape::Plane { .. }))
             .collect();
-        Self {
+        let mut setting = Self {
             model,
             needs,
             scheme: plan.scheme,
@@ -102,12 +105,15 @@ impl<'a> Setting<'a> {
                 .map(|w| WallNow::of(&w.motion, &Servo::default(), 0.0))
                 .collect(),
             planes,
+            bonds: bond::Table::default(),
             extra: Fixed::new(model),
             stiff: extra::stiffened(model),
             alike: alike(model),
             table,
             materials,
-        }
+        };
+        setting.bonds = bond::Table::new(&setting);
+        setting
     }
 
     /// Puts walls where they are at `time`, s.

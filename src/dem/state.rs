@@ -1,5 +1,6 @@
 //! What changes during a run: bodies, spheres in memory order, candidate lists.
 
+use super::bond::Bonds;
 use super::extra::Links;
 use super::law::Book;
 use super::ledger::Ledger;
@@ -113,6 +114,8 @@ pub struct State {
     pub sweep: f64,
     /// Servo walls, one entry each wall; empty if there is none.
     pub servos: Vec<Servo>,
+    /// What changes of the bonds.
+    pub bonds: Bonds,
     /// Pairs with forces besides the linear contact.
     pub links: Links,
     /// Energy book-keeping.
@@ -144,6 +147,7 @@ impl State {
                 true => vec![Servo::default(); model.walls.len()],
                 false => Vec::new(),
             },
+            bonds: Bonds::new(setting),
             links: Links::default(),
             ledger: Ledger::default(),
         };

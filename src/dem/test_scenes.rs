@@ -22,6 +22,7 @@ pub fn empty(scheme: Scheme, contact: Contact) -> Model {
         seed: 1,
         bodies: Vec::new(),
         spheres: Vec::new(),
+        bonds: Vec::new(),
         materials: vec![Material { name: "grain".to_owned(), density: DENSITY }],
         contacts: ContactTable::uniform(1, contact),
         extra: Extra::default(),
@@ -40,6 +41,8 @@ pub fn empty(scheme: Scheme, contact: Contact) -> Model {
             checkpoint_every: 0,
             scheme,
             law: scheme.law(),
+            zero_every: 0,
+            zero_until: 0,
             insist: false,
         },
     }

@@ -2,6 +2,7 @@
 //! know this room and nothing of scene files; reports know `Run`, not who made it.
 
 pub mod body;
+pub mod bond;
 pub mod contact;
 pub mod extra;
 pub mod far;
@@ -13,6 +14,7 @@ pub mod state;
 pub mod wall;
 
 pub use body::{Body, Material, Sphere};
+pub use bond::{Bond, Break, BreakMode, Section, Strength};
 pub use contact::{Contact, ContactTable};
 pub use extra::{Extra, PairForces};
 pub use far::{FarMethod, MutualGravity, TreeParameters};
@@ -51,7 +53,8 @@ impl Dimension {
 /// Invariants (upheld by the scene room, relied on by all others): spheres are
 /// stored body by body; every number is finite; masses, radii and moments of
 /// inertia are greater than zero; all material indices exist in `materials`
-/// and `contacts`; `domain` holds every sphere and wall mesh at time 0.
+/// and `contacts`; `domain` holds every sphere and wall mesh at time 0; a bond joins spheres of
+/// different bodies, first < second, at most one bond a pair.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Model {
     /// Name for people.
@@ -64,6 +67,8 @@ pub struct Model {
     pub bodies: Vec<Body>,
     /// Spheres of all bodies, body by body.
     pub spheres: Vec<Sphere>,
+    /// Bonds between spheres of different bodies; none in most scenes.
+    pub bonds: Vec<Bond>,
     /// Materials of bodies and walls.
     pub materials: Vec<Material>,
     /// Contact parameters of every pair of materials.

@@ -55,7 +55,13 @@ pub struct Needs {
     pub servo_walls: bool,
     /// At least one wall that rotates.
     pub turning_walls: bool,
-    /// Bodies turn: friction, or clumps, or a spin at the start.
+    /// Bonds between bodies.
+    pub bonds: bool,
+    /// Some bond has a dashpot.
+    pub bond_damping: bool,
+    /// Velocities are set to zero now and then.
+    pub zeroing: bool,
+    /// Bodies turn: friction, or clumps, or bonds, or a spin at the start.
     pub rotation: bool,
 }
 
@@ -101,8 +107,12 @@ impl Needs {
             }),
             servo_walls: wall(&|w| matches!(w.motion, Motion::Servo { .. })),
             turning_walls: wall(&|w| matches!(w.motion, Motion::Rotate { .. })),
+            bonds: !model.bonds.is_empty(),
+            bond_damping: model.bonds.iter().any(|bond| bond.viscosity > 0.0),
+            zeroing: model.plan.zero_every > 0,
             rotation: friction
                 || clumps
+                || !model.bonds.is_empty()
                 || model.bodies.iter().any(|body| body.spin.norm_squared() > 0.0),
         }
     }
@@ -113,7 +123,7 @@ impl Needs {
     }
 
     /// Every need with its key, what it is for people, and whether this scene has it.
-    pub fn table(&self) -> [(&'static str, &'static str, bool); 25] {
+    pub fn table(&self) -> [(&'static str, &'static str, bool); 28] {
         [
             ("discs", "two dimensions (discs of unit thickness)", self.discs),
             ("spheres", "single spheres", self.spheres),
@@ -139,6 +149,9 @@ impl Needs {
             ("sliding_walls", "walls that translate", self.sliding_walls),
             ("servo_walls", "walls that seek a force", self.servo_walls),
             ("turning_walls", "walls that rotate", self.turning_walls),
+            ("bonds", "bonds between bodies", self.bonds),
+            ("bond_damping", "dashpots in bonds", self.bond_damping),
+            ("zeroing", "velocities set to zero every so many steps", self.zeroing),
             ("rotation", "rotation of bodies", self.rotation),
         ]
     }

@@ -170,6 +170,10 @@ pub struct Plan {
     pub scheme: Scheme,
     /// Law variant of our own DEM.
     pub law: Law,
+    /// All velocities and spins are set to zero every so many steps; 0 for never.
+    pub zero_every: u64,
+    /// Last step at which they are.
+    pub zero_until: u64,
     /// True if the user insists on a step above the stability limit.
     pub insist: bool,
 }

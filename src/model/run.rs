@@ -1,6 +1,6 @@
 //! What comes back from a solver, ours or another.
 
-use super::Frame;
+use super::{Break, Frame};
 use serde::{Deserialize, Serialize};
 
 /// The result of running a model in one solver.
@@ -14,6 +14,9 @@ pub struct Run {
     pub frames: Vec<Frame>,
     /// Sphere–sphere contacts (between different bodies) in the last frame; `None` if the solver does not give them.
     pub touches: Option<Vec<Touch>>,
+    /// Bonds that broke, in the order of time; `None` if the solver does not say.
+    #[serde(default)]
+    pub breaks: Option<Vec<Break>>,
     /// Energies and the like over time; empty for solvers that do not give them.
     pub series: Vec<SeriesRow>,
     /// What it cost.
@@ -71,7 +74,7 @@ pub struct SeriesRow {
     pub step: u64,
     /// Kinetic energy, translation and rotation.
     pub kinetic: f64,
-    /// Elastic energy in normal and tangential springs.
+    /// Elastic energy in normal and tangential springs of contacts.
     pub elastic: f64,
     /// Potential energy in uniform gravity and between bodies, relative to time 0.
     pub gravitational: f64,
@@ -93,6 +96,16 @@ pub struct SeriesRow {
     pub drag: f64,
     /// Work done on the bodies by moving walls since time 0.
     pub wall_work: f64,
+    /// Elastic energy in bonds.
+    pub bond_elastic: f64,
+    /// Dissipated by the dashpots of bonds since time 0.
+    pub bond_damping: f64,
+    /// Elastic energy of bonds set free by their breaking since time 0.
+    pub bond_released: f64,
+    /// Number of intact bonds.
+    pub bonds: u64,
+    /// Kinetic energy taken by setting velocities to zero since time 0.
+    pub zeroed: f64,
     /// Kinetic + elastic + gravitational + dissipated − wall work − its value at time 0.
     pub energy_error: f64,
     /// Number of contacts, walls included.

@@ -19,7 +19,7 @@ fn line(name: impl Into<String>, points: Vec<(f64, f64)>) -> Series {
 /// over time; terms that are 0 throughout are left out.
 pub fn energies(rows: &[SeriesRow]) -> Chart {
     type Term = (&'static str, fn(&SeriesRow) -> f64);
-    let terms: [Term; 12] = [
+    let terms: [Term; 16] = [
         ("kinetic", |r| r.kinetic),
         ("elastic", |r| r.elastic),
         ("gravitational", |r| r.gravitational),
@@ -32,6 +32,10 @@ pub fn energies(rows: &[SeriesRow]) -> Chart {
         ("forming of bridges", |r| r.wetting),
         ("drag", |r| r.drag),
         ("work of walls", |r| r.wall_work),
+        ("elastic in bonds", |r| r.bond_elastic),
+        ("dashpots of bonds", |r| r.bond_damping),
+        ("set free by breaks", |r| r.bond_released),
+        ("zeroed velocities", |r| r.zeroed),
     ];
     let series = terms
         .into_iter()

@@ -55,6 +55,7 @@ pub fn model(side: usize) -> Model {
         seed: 7,
         bodies: Vec::new(),
         spheres: Vec::new(),
+        bonds: Vec::new(),
         materials: vec![Material { name: "stone".into(), density }],
         contacts: ContactTable::uniform(
             1,
@@ -76,6 +77,8 @@ pub fn model(side: usize) -> Model {
             checkpoint_every: 0,
             scheme: Scheme::Leapfrog,
             law: Scheme::Leapfrog.law(),
+            zero_every: 0,
+            zero_until: 0,
             insist: false,
         },
     };
@@ -130,6 +133,7 @@ pub fn run(model: &Model, solver: &str, shift: impl Fn(u64) -> Vec3) -> Run {
         outcome: Outcome::Finished,
         frames: steps.clone().map(|step| frame(model, step, shift(step))).collect(),
         touches: None,
+        breaks: None,
         series: steps
             .map(|step| SeriesRow {
                 time: step as f64 * plan.step,

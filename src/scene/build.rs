@@ -1,8 +1,9 @@
 //! From a packing to the model that all solvers share.
 
+use super::bonding;
 use super::grains::Grain;
 use super::materials::{self, GrainFacts, PairFacts};
-use super::parameters::StepParameter;
+use super::parameters::{Hold, StepParameter};
 use super::walls::swept_bounds;
 use super::{Loaded, Scene};
 use crate::dem::limit::{Advice, advise};
@@ -38,7 +39,8 @@ pub fn build(
 ) -> Result<Built, Fault> {
     let scene = &loaded.scene;
     let dimension = if scene.dimension == 2 { Dimension::Two } else { Dimension::Three };
-    let (mut bodies, spheres) = bodies(scene, dimension, grains, copies, &packing.placements)?;
+    let (mut bodies, spheres, first_spheres) =
+        bodies(scene, dimension, grains, copies, &packing.placements)?;
     if let Some(cell) = region.and_then(Region::cell) {
         for body in &mut bodies {
             body.position += cell.home(&body.position);
@@ -68,6 +70,8 @@ pub fn build(
         .iter()
         .map(|wall| Wall { material: contacts.of_walls[wall.material as usize], ..wall.clone() })
         .collect();
+    let bonds =
+        bonding::bonds(scene, dimension, &first_spheres, &bodies, &spheres, &contacts.table);
     let gravity = gravity(scene);
     let domain = domain(scene, region, &walls, &bodies, &spheres, &gravity);
     let plan = Plan {
@@ -79,6 +83,8 @@ pub fn build(
         checkpoint_every: 0,
         scheme: scene.plan.scheme,
         law: scene.plan.law(),
+        zero_every: 0,
+        zero_until: 0,
         insist: scene.plan.insist,
     };
     let mut model = Model {
@@ -87,6 +93,7 @@ pub fn build(
         seed: scene.seed,
         bodies,
         spheres,
+        bonds,
         materials: contacts.materials,
         contacts: contacts.table,
         extra: contacts.extra,
@@ -118,7 +125,7 @@ fn bodies(
     grains: &[Grain],
     copies: &[u32],
     placements: &[Placement],
-) -> Result<(Vec<Body>, Vec<Sphere>), Fault> {
+) -> Result<(Vec<Body>, Vec<Sphere>, Vec<u32>), Fault> {
     let materials: Vec<u16> = scene
         .grains
         .iter()
@@ -133,6 +140,7 @@ fn bodies(
         scene.materials.values().map(|m| m.density.map_or(0.0, |d| d.0)).collect();
     let mut bodies = Vec::with_capacity(placements.len());
     let mut spheres = Vec::new();
+    let mut first_spheres = vec![0];
     for placement in placements {
         let number = copies[placement.grain as usize];
         let grain = &grains[number as usize];
@@ -150,14 +158,14 @@ fn bodies(
         let ball =
             Body::sphere(dimension, centre, balls[0].radius, density, material, first_sphere);
         let mut made = match (&grain.clump.fidelity, balls.len()) {
-            (None, _) => ball,
+            (None, 1) => ball,
             // One sphere is a good enough clump for this grain: it keeps the mass of the grain and
             // turns like a homogeneous sphere about its own centre.
             (Some(_), 1) => {
                 let mass = density * grain.clump.volume;
                 Body { mass, inertia: ball.inertia * (mass / ball.mass), ..ball }
             }
-            (Some(_), count) => Body {
+            (_, count) => Body {
                 position: placement.position,
                 orientation: placement.orientation,
                 sphere_count: count as u32,
@@ -176,9 +184,15 @@ fn bodies(
         made.spin = placement.spin;
         made.family = grain.family;
         made.grain = number;
-        bodies.push(made);
+        let bonded = matches!(scene.grains[grain.family as usize].body, Hold::Bonded(_));
+        if bonded && balls.len() > 1 {
+            bonding::split(dimension, made, placement, &mut bodies, &mut spheres);
+        } else {
+            bodies.push(made);
+        }
+        first_spheres.push(spheres.len() as u32);
     }
-    Ok((bodies, spheres))
+    Ok((bodies, spheres, first_spheres))
 }
 
 /// The room that bodies may be in: container, walls over their motion and bodies,
@@ -254,6 +268,11 @@ fn set_step(scene: &Scene, plan: &mut Plan, advice: &Advice) -> Result<(), Fault
             plan.step = duration / plan.steps as f64;
             plan.reason = StepReason::Auto(advice.reason.clone());
         }
+    }
+    plan.zero_every = scene.plan.zero_velocities_every.map_or(0, u64::from);
+    if plan.zero_every > 0 {
+        let last = scene.plan.zero_velocities_until.map(|time| (time.0 / plan.step).floor() as u64);
+        plan.zero_until = last.unwrap_or(u64::MAX);
     }
     let every = |count: u32| (plan.steps / u64::from(count.max(1))).max(1);
     plan.frame_every = every(scene.output.frames);

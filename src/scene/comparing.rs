@@ -9,6 +9,7 @@ use crate::model::{Model, Outcome, Run, Scheme};
 use crate::num::Job;
 use crate::report::compare::{Comparison, Twin, compare};
 use crate::solver::{Deck, DeckOptions, LimitKind, Solver};
+use std::collections::BTreeSet;
 
 /// A comparison with the runs that it was made from.
 pub struct Compared {
@@ -107,6 +108,10 @@ impl Road {
                 body.velocity = state.velocity;
                 body.spin = state.spin;
             }
+            // Bonds that broke stay broken; those that hold start without force again.
+            let broken: BTreeSet<u32> = run.breaks.iter().flatten().map(|b| b.bond).collect();
+            let mut number = 0..;
+            model.bonds.retain(|_| number.next().is_none_or(|bond| !broken.contains(&bond)));
         }
         if let Some(steps) = parameters.steps {
             model.plan.steps = steps;

@@ -36,7 +36,7 @@ pub struct Grain {
 /// Number of distinct grains of a family.
 fn distinct(family: &Family, base: &Path) -> u32 {
     let natural = match (&family.shape, &family.size) {
-        (Shape::Sphere, Some(Size::Fixed(_))) => 1,
+        (Shape::Sphere, Some(Size::Fixed(_))) if family.cluster.is_none() => 1,
         // Files that cannot be listed are reported when the shapes are read.
         (Shape::Files(files), Some(Size::Fixed(_)) | None) => {
             files.list(base).map_or(family.count, |found| found.len() as u32)
@@ -151,6 +151,12 @@ pub fn reproduce(
     let family = &loaded.scene.grains[draw.family as usize];
     let (Some(solid), Some(method)) = (solid, &family.clump) else {
         let radius = draw.size.unwrap_or(1.0) * 0.5;
+        if let Some(cluster) = &family.cluster {
+            let purpose = format!("cluster {}", family.name);
+            let mut source = stream(loaded.scene.seed, &purpose, u64::from(draw.index));
+            let planar = loaded.scene.dimension == 2;
+            return Ok(cluster.make(&draw.name, radius, planar, &mut source));
+        }
         return Ok(match loaded.scene.dimension {
             2 => clump::disc(&draw.name, radius),
             _ => clump::sphere(&draw.name, radius),

@@ -2,6 +2,7 @@
 //! parameters, turns them into the rooms' own types, runs the stages in order
 //! and remembers which of them need not be done again.
 
+mod bonding;
 pub mod build;
 pub mod comparing;
 pub mod drawing;

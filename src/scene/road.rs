@@ -155,7 +155,7 @@ impl Road {
         let draws = grains::draws(&self.loaded).map_err(|fault| self.wrong(fault))?;
         let families = self.parameters(&|scene| {
             let part = |f: &super::parameters::Family| {
-                json!([f.name, f.count, f.size, f.shape, f.distinct])
+                json!([f.name, f.count, f.size, f.shape, f.distinct, f.cluster.is_some()])
             };
             json!([scene.seed, scene.dimension, scene.grains.iter().map(part).collect::<Vec<_>>()])
         });
@@ -264,7 +264,11 @@ impl Road {
     pub fn grains(&mut self) -> Result<Grains, RoadError> {
         let Shapes { draws, solids, key: upstream } = self.solids()?;
         let methods = self.parameters(&|scene| {
-            scene.grains.iter().map(|family| json!([family.clump, family.mass])).collect()
+            scene
+                .grains
+                .iter()
+                .map(|family| json!([family.clump, family.mass, family.cluster]))
+                .collect()
         });
         let key = key(&upstream, &[methods], self.loaded.base());
         let clumps = if self.is_plain() {

@@ -6,7 +6,7 @@ use super::road::{Packed, Road, RoadError};
 use super::store::{self, Running};
 use crate::dem::{self, Observer};
 use crate::format::{self, FormatError, atomic, particles::Particles};
-use crate::model::{Frame, Model, Outcome, Run, SeriesRow};
+use crate::model::{Break, Frame, Model, Outcome, Run, SeriesRow};
 use crate::num::clock::{peak_bytes, resident_bytes};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -91,7 +91,8 @@ impl Road {
     /// Key of the run that starts from `packed`.
     pub(super) fn run_key(&self, packed: &Packed) -> String {
         let scene = &self.loaded.scene;
-        let made_of: Vec<_> = scene.grains.iter().map(|family| &family.material).collect();
+        let made_of: Vec<_> =
+            scene.grains.iter().map(|family| (&family.material, &family.body)).collect();
         let rest = json!([
             made_of,
             scene.materials,
@@ -140,6 +141,7 @@ impl Road {
             outcome: summary.outcome,
             frames: Vec::new(),
             touches: Some(summary.touches),
+            breaks: Some(summary.breaks),
             series: recorder.rows,
             cost: summary.cost,
             notes: summary.notes,
@@ -169,7 +171,12 @@ impl Road {
 
     fn write_run(&self, running: &mut Running, model: &Model, run: &Run) -> Result<(), RoadError> {
         self.store.write(running, "run/run.json", |out| Ok(serde_json::to_writer(out, run)?))?;
-        self.store.write(running, "run/series.csv", |out| write_series(out, &run.series))?;
+        let columns = (model.needs().bonds, model.plan.zero_every > 0);
+        self.store
+            .write(running, "run/series.csv", |out| write_series(out, &run.series, columns))?;
+        if let (true, Some(breaks)) = (columns.0, &run.breaks) {
+            self.store.write(running, "run/bonds.csv", |out| write_breaks(out, model, breaks))?;
+        }
         let mut last = None;
         for (number, frame) in Frames::open(&self.store.path(FRAMES))?.enumerate() {
             let frame = frame?;
@@ -263,14 +270,23 @@ pub fn particles(model: &Model, frame: &Frame) -> Particles {
     }
 }
 
-fn write_series(out: &mut dyn Write, rows: &[SeriesRow]) -> std::io::Result<()> {
-    writeln!(
+/// `run/series.csv`; columns of bonds and of zeroed velocities where the scene has them.
+fn write_series(
+    out: &mut dyn Write,
+    rows: &[SeriesRow],
+    (bonds, zeroing): (bool, bool),
+) -> std::io::Result<()> {
+    write!(
         out,
         "t,step,kinetic,elastic,gravitational,normal_dashpot,tangential_dashpot,slip,local_damping,attraction,rolling,wetting,drag,wall_work,\
          energy_error,contacts,coordination,worst_overlap,momentum"
     )?;
+    if bonds {
+        write!(out, ",bond_elastic,bond_damping,bond_released,bonds")?;
+    }
+    writeln!(out, "{}", if zeroing { ",zeroed" } else { "" })?;
     for r in rows {
-        writeln!(
+        write!(
             out,
             "{:e},{},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{},{:e},{:e},{:e}",
             r.time,
@@ -293,6 +309,25 @@ fn write_series(out: &mut dyn Write, rows: &[SeriesRow]) -> std::io::Result<()> 
             r.worst_overlap,
             r.momentum
         )?;
+        if bonds {
+            let (elastic, damped, freed) = (r.bond_elastic, r.bond_damping, r.bond_released);
+            write!(out, ",{elastic:e},{damped:e},{freed:e},{}", r.bonds)?;
+        }
+        if zeroing {
+            write!(out, ",{:e}", r.zeroed)?;
+        }
+        writeln!(out)?;
+    }
+    Ok(())
+}
+
+/// `run/bonds.csv`: bonds that broke, in the order of time.
+fn write_breaks(out: &mut dyn Write, model: &Model, breaks: &[Break]) -> std::io::Result<()> {
+    writeln!(out, "t,step,bond,first,second,mode,energy")?;
+    for b in breaks {
+        let bond = &model.bonds[b.bond as usize];
+        let (first, second, mode) = (bond.first, bond.second, b.mode.key());
+        writeln!(out, "{:e},{},{},{first},{second},{mode},{:e}", b.time, b.step, b.bond, b.energy)?;
     }
     Ok(())
 }

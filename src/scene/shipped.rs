@@ -1,6 +1,8 @@
 //! Scenes that come with riprap, to start from.
 
 use crate::format::{self, FormatError};
+use crate::geometry::Mesh;
+use crate::num::Vec3;
 use crate::num::units::Length;
 use crate::shape::{self, Shape, ShapeError};
 use std::io::Write;
@@ -50,6 +52,16 @@ pub const SCENES: &[Shipped] = &[
         text: include_str!("../../templates/scenes/discs-2d.toml"),
     },
     Shipped {
+        name: "deformable-block",
+        summary: "a block of given modulus and Poisson's ratio pressed between two plates",
+        text: include_str!("../../templates/scenes/deformable-block.toml"),
+    },
+    Shipped {
+        name: "cluster-impact",
+        summary: "a grain of seven bonded spheres hits a floor and breaks",
+        text: include_str!("../../templates/scenes/cluster-impact.toml"),
+    },
+    Shipped {
         name: "star-cluster",
         summary: "600 bodies attract each other from afar (tree code), fall together and collide",
         text: include_str!("../../templates/scenes/star-cluster.toml"),
@@ -73,9 +85,31 @@ impl Shipped {
             make_folder(&grains)?;
             write_sample_grains(&grains)?;
         }
+        if self.name == "deformable-block" {
+            let grains = folder.join("grains");
+            make_folder(&grains)?;
+            // Five by five by nine layers of 10 mm on the staggered lattice.
+            let side = |layers: f64| 0.01 * (1.0 + (layers - 1.0) / std::f64::consts::SQRT_2);
+            let block = box_of(Vec3::new(side(5.0), side(5.0), side(9.0)));
+            format::stl::write(&grains.join("block.stl"), &block)?;
+        }
         let path = folder.join("scene.toml");
         format::atomic::write(&path, |out| out.write_all(self.text.as_bytes()))?;
         Ok(path)
+    }
+}
+
+/// Surface of a box of the given edges about the origin.
+fn box_of(edges: Vec3) -> Mesh {
+    let corner = |n: usize| {
+        let part = |bit: usize| if n >> bit & 1 == 1 { 0.5 } else { -0.5 };
+        Vec3::new(part(0), part(1), part(2)).component_mul(&edges)
+    };
+    let sides =
+        [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    Mesh {
+        vertices: (0..8).map(corner).collect(),
+        triangles: sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect(),
     }
 }
 

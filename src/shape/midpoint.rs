@@ -80,7 +80,7 @@ impl MidpointParameters {
             }
             deviation *= 0.5f64.powf(0.5 * hurst);
             for j in (0..=last).step_by(half) {
-                let start = if (j / half) % 2 == 0 { half } else { 0 };
+                let start = if (j / half).is_multiple_of(2) { half } else { 0 };
                 for i in (start..=last).step_by(step) {
                     displace(&mut field, [i, j], half, false, deviation, stream);
                 }

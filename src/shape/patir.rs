@@ -295,7 +295,7 @@ fn spectral_root(wanted: &dyn Fn(usize, usize) -> f64, m: usize) -> Vec<f64> {
         let weight = if k == 0 || k == half { 1.0 } else { 2.0 };
         weight * (PI * (k * u) as f64 / half as f64).cos()
     });
-    let lags = DMatrix::from_fn(half + 1, half + 1, |p, q| wanted(p, q));
+    let lags = DMatrix::from_fn(half + 1, half + 1, wanted);
     let spectrum = &table * lags * table.transpose();
     let root = spectrum.map(|s| s.max(0.0).sqrt());
     let period = (2 * half) as f64;

@@ -374,6 +374,9 @@ fn decks_hold_what_is_needed_and_nothing_else() {
     assert!(decks >= 64, "only {decks} combinations");
     let never_both = [
         "local_damping",
+        "bonds",
+        "bond_damping",
+        "zeroing",
         "cohesion",
         "bridges",
         "molecular",
@@ -424,5 +427,38 @@ fn decks_say_what_they_leave_out() {
         let text = &deck.expect("written").1;
         assert!(text.contains("# Left out: gravity: it is zero."), "{text}");
         assert!(!text.contains("# Left out: friction"));
+    }
+}
+
+#[test]
+fn contact_bonds_go_to_yade_and_nothing_else_does() {
+    use crate::model::{Bond, Strength};
+    let mut model = examples::two_spheres();
+    let strength = Strength::Forces { tension: 2.0, shear: 0.5 };
+    model.bonds.push(Bond::contact([0, 1], 1e4, 5e3, strength));
+    let [liggghts, yade] = all();
+    let refused = |solver: &dyn Solver, model: &Model| {
+        solver
+            .limits(model)
+            .into_iter()
+            .any(|limit| limit.kind == crate::solver::LimitKind::Refused)
+    };
+    assert!(refused(liggghts, &model) && !refused(yade, &model));
+    let files = written(yade, &model, &DeckOptions::default());
+    let of = |name: &str| &files.iter().find(|(n, _)| n == name).expect("written").1;
+    assert!(of("bonds.csv").contains("\n0,1,10000.0,5000.0,2.0,0.5,"), "{}", of("bonds.csv"));
+    for words in ["CohFrictMat(", "Law2_ScGeom6D_CohFrictPhys", "note_breaks()"] {
+        assert!(of("run.py").contains(words), "{words}");
+    }
+    for change in [
+        |bond: &mut Bond| bond.viscosity = 1e-6,
+        |bond: &mut Bond| bond.bending = 1.0,
+        |bond: &mut Bond| {
+            bond.strength = Strength::Stresses { radius: 0.1, tension: 1.0, shear: 1.0 };
+        },
+    ] {
+        let mut other = model.clone();
+        change(&mut other.bonds[0]);
+        assert!(refused(yade, &other));
     }
 }

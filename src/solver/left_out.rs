@@ -47,7 +47,10 @@ fn why(key: &str) -> &'static str {
         "drag" => "its coefficient is zero",
         "planes" | "oblique_planes" | "meshes" => "there is no such wall",
         "sliding_walls" | "turning_walls" => "no wall moves like that",
-        "rotation" => "no tangential force, no clump, no spin at the start",
+        "bonds" => "no two bodies are bonded",
+        "zeroing" => "the plan does not ask for it",
+        "bond_damping" => "no bond has a dashpot",
+        "rotation" => "no tangential force, no clump, no bond, no spin at the start",
         _ => "the scene has none",
     }
 }
@@ -84,6 +87,9 @@ mod tests {
             sliding_walls: false,
             servo_walls: false,
             turning_walls: false,
+            bonds: false,
+            bond_damping: false,
+            zeroing: false,
             rotation: false,
         };
         let list = left_out(&none);

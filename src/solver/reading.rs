@@ -68,6 +68,7 @@ pub fn run(
         solver: solver.to_owned(),
         outcome,
         frames: read.frames,
+        breaks: None,
         touches: read.touches,
         series: Vec::new(),
         cost,

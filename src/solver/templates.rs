@@ -27,6 +27,7 @@ templates![
     "liggghts/run.sh",
     "liggghts/spheres.data",
     "liggghts/wall.stl",
+    "yade/bonds.csv",
     "yade/clumps.csv",
     "yade/members.csv",
     "yade/run.py",

@@ -16,6 +16,7 @@ pub fn empty(scheme: Scheme, contact: Contact, density: f64) -> Model {
         seed: 0,
         bodies: Vec::new(),
         spheres: Vec::new(),
+        bonds: Vec::new(),
         materials: vec![Material { name: "grain".to_owned(), density }],
         contacts: ContactTable::uniform(1, contact),
         extra: crate::model::Extra::default(),
@@ -34,6 +35,8 @@ pub fn empty(scheme: Scheme, contact: Contact, density: f64) -> Model {
             checkpoint_every: 0,
             scheme,
             law: scheme.law(),
+            zero_every: 0,
+            zero_until: 0,
             insist: false,
         },
     }

@@ -223,7 +223,7 @@ fn saturated(
             method: "random",
             dimension,
             balls: (points.last().map_or(0.0, |point| point.1) / volume).round() as usize,
-            setting: format!("{tries} tries, extrapolated"),
+            setting: format!("{tries} tries (extrapolated)"),
             quantity: "solid fraction",
             found,
             reference,
@@ -334,7 +334,10 @@ fn isostatic(full: bool, job: &Job, rows: &mut Vec<Row>) -> Result<(), StudyErro
                     method: "radius_expansion",
                     dimension,
                     balls: count,
-                    setting: "just jammed, two sizes 1:1.4 in 2-D".into(),
+                    setting: match dimension {
+                        2 => "just jammed (sizes 1 and 1.4)".into(),
+                        _ => "just jammed".into(),
+                    },
                     quantity,
                     found,
                     reference,
@@ -401,7 +404,7 @@ fn rolled(dimension: usize, full: bool, job: &Job, rows: &mut Vec<Row>) {
                 method: "drop_and_roll",
                 dimension,
                 balls: count,
-                setting: "core, two diameters off the walls".into(),
+                setting: "core (two diameters off the walls)".into(),
                 quantity,
                 found,
                 reference,
@@ -486,21 +489,25 @@ fn findings(rows: &[Row], pores: Vec<Series>) -> Findings {
             })
             .collect(),
     };
-    let mut curves: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
-    for row in rows.iter().filter(|row| row.reference.is_finite() && row.method != "apollonian") {
-        let name = format!("{} {}-D: {}", row.method, row.dimension, row.quantity);
-        let point = (row.seconds, (row.found / row.reference - 1.0).abs());
-        match curves.iter_mut().find(|curve| curve.0 == name) {
-            Some(curve) => curve.1.push(point),
-            None => curves.push((name, vec![point])),
+    let chart_of = |title: &str, quantities: &[&str], dimensions: &[usize]| {
+        let mut curves: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
+        let shown = |row: &&Row| {
+            quantities.contains(&row.quantity)
+                && dimensions.contains(&row.dimension)
+                && row.method != "apollonian"
+        };
+        for row in rows.iter().filter(shown) {
+            let name = format!("{} {}-D", row.method, row.dimension);
+            let point = (row.seconds, (row.found / row.reference - 1.0).abs());
+            match curves.iter_mut().find(|curve| curve.0 == name) {
+                Some(curve) => curve.1.push(point),
+                None => curves.push((name, vec![point])),
+            }
         }
-    }
-    let by_dimension = |dimension: &str| {
-        let few: Vec<_> =
-            curves.iter().filter(|curve| curve.0.contains(dimension)).cloned().collect();
-        let title = format!("Distance from the reference over CPU time, {dimension}");
-        work_precision(&title, &few, "relative difference", "", None)
+        let title = format!("{title}: distance from the reference over CPU time");
+        work_precision(&title, &curves, "relative difference", "", None)
     };
+    let solids = ["solid fraction", "share of pores"];
     let chart = Chart {
         title: "Share of pores of random Apollonian packings".into(),
         caption: "Straight lines of slope −(d − D)/D: D near 1.565 and 2.73.".into(),
@@ -515,8 +522,10 @@ fn findings(rows: &[Row], pores: Vec<Series>) -> Findings {
         remarks: remarks(rows),
         tables: vec![sheet],
         charts: vec![
-            ("packing-2d".into(), by_dimension("2-D")),
-            ("packing-3d".into(), by_dimension("3-D")),
+            ("packing-solids-2d".into(), chart_of("Solid fraction, discs", &solids, &[2])),
+            ("packing-solids-3d".into(), chart_of("Solid fraction, spheres", &solids, &[3])),
+            ("packing-dimension".into(), chart_of("Dimension", &["dimension"], &[2, 3])),
+            ("packing-contacts".into(), chart_of("Contacts a ball", &["contacts a ball"], &[2, 3])),
             ("packing-pores".into(), chart),
         ],
         pictures: Vec::new(),

@@ -150,23 +150,79 @@ O.engines = [
     ForceResetter(),
     InsertionSortCollider([Bo1_Sphere_Aabb(){% if planes %}, Bo1_Wall_Aabb(){% endif %}{% if surfaces %}, Bo1_Facet_Aabb(){% endif %}], verletDist={{ verlet }}),
     InteractionLoop(
-        [Ig2_Sphere_Sphere_ScGeom(){% if planes %}, Ig2_Wall_Sphere_ScGeom(){% endif %}{% if surfaces %}, Ig2_Facet_Sphere_ScGeom(){% endif %}],
+        [{% if needs.bonds %}Ig2_Sphere_Sphere_ScGeom6D(avoidGranularRatcheting=False){% else %}Ig2_Sphere_Sphere_ScGeom(){% endif %}{% if planes %}, Ig2_Wall_Sphere_ScGeom(){% endif %}{% if surfaces %}, Ig2_Facet_Sphere_ScGeom(){% endif %}],
 {%- if many_frictions %}
         # One angle for every pair: (material, material, angle).
         [Ip2_ViscElMat_ViscElMat_ViscElPhys(frictAngle=MatchMaker(matches=(
 {%- for p in frictions %}
             (materials[{{ p[0] }}], materials[{{ p[1] }}], math.atan({{ p[2] }})),
 {%- endfor %}
-        )))],
+        ))){% if needs.bonds %}, Ip2_CohFrictMat_CohFrictMat_CohFrictPhys(){% endif %}],
 {%- else %}
-        [Ip2_ViscElMat_ViscElMat_ViscElPhys()],
+        [Ip2_ViscElMat_ViscElMat_ViscElPhys(){% if needs.bonds %}, Ip2_CohFrictMat_CohFrictMat_CohFrictPhys(){% endif %}],
 {%- endif %}
-        [Law2_ScGeom_ViscElPhys_Basic()],
+        [Law2_ScGeom_ViscElPhys_Basic(){% if needs.bonds %}, Law2_ScGeom6D_CohFrictPhys_CohesionMoment(){% endif %}],
     ),
+{%- if needs.bonds %}
+    PyRunner(command='note_breaks()', iterPeriod={{ bonds_every }}, initRun=True),
+{%- endif %}
+{%- if needs.zeroing %}
+    PyRunner(command='stop_bodies()', iterPeriod={{ zero_every }}, firstIterRun={{ zero_every }}),
+{%- endif %}
     NewtonIntegrator(damping={{ damping }}{% if needs.gravity %}, gravity=({{ gravity[0] }}, {{ gravity[1] }}, {{ gravity[2] }}){% endif %}),
 ]
 
+{%- if needs.bonds %}
+
+# Bonds: without force where the spheres are now, friction only when they have broken.
+bonds = []
+glue = CohFrictMat(young=1, poisson=1, frictionAngle=0.1, isCohesive=False)
+for r in table('bonds.csv'):
+    a, b = int(r[0]), int(r[1])
+    # The law of the pair comes from its materials, which are YADE's cohesive one meanwhile. (An
+    # object made in Python would take YADE down when the bond breaks.)
+    pair = [O.bodies[ids[a]], O.bodies[ids[b]]]
+    own = [body.mat for body in pair]
+    for body in pair:
+        body.mat = glue
+    i = createInteraction(ids[a], ids[b])
+    for body, mat in zip(pair, own):
+        body.mat = mat
+    p = i.phys
+    p.kn, p.ks, p.normalAdhesion, p.shearAdhesion, p.tangensOfFrictionAngle = r[2:7]
+    p.unp = i.geom.penetrationDepth
+    p.fragile, p.cohesionBroken, p.cohesionDisablesFriction = True, False, True
+    bonds.append((len(bonds), a, b))
+breaks = open('breaks.txt', 'w')
+breaks.write('step,bond,first,second,mode\n')
+
+
+def note_breaks():
+    """Step, bond and both spheres of every bond that broke{% if bonds_every > 1 %} in the last {{ bonds_every }} steps{% endif %}."""
+    for bond in list(bonds):
+        k, a, b = bond
+        here = O.interactions.has(ids[a], ids[b], True)
+        phys = O.interactions[ids[a], ids[b]].phys if here else None
+        if isinstance(phys, CohFrictPhys) and not phys.cohesionBroken:
+            continue
+        # Pulled apart, the interaction goes at once; sheared off, friction stays.
+        mode = 'shear' if isinstance(phys, CohFrictPhys) else 'tension'
+        breaks.write('%d,%d,%d,%d,%s\n' % (O.iter, k, a, b, mode))
+        bonds.remove(bond)
+    breaks.flush()
+{%- endif %}
+
 frames = open('frames.txt', 'w')
+{%- if needs.zeroing %}
+
+
+def stop_bodies():
+    """Velocities and spins become zero, up to step {{ zero_until }}."""
+    if O.iter > {{ zero_until }}:
+        return
+    for k in ids:
+        O.bodies[k].state.vel = O.bodies[k].state.angVel = Vector3(0, 0, 0)
+{%- endif %}
 
 
 def digits(*vectors):

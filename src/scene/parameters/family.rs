@@ -1,5 +1,6 @@
 //! Grains of one kind, and their sizes.
 
+use super::bond::{BondLaw, Hold};
 use super::validate_name;
 use crate::clump;
 use crate::num::Fault;
@@ -34,6 +35,12 @@ pub struct Family {
     /// Where mass, centroid and inertia come from: `solid` (default) or `union` of the spheres.
     #[serde(default)]
     pub mass: clump::MassSource,
+    /// Each sphere or disc becomes a cluster of two to seven (P15); for `sphere` only.
+    #[serde(default)]
+    pub cluster: Option<clump::Cluster>,
+    /// Whether the spheres of a grain move as one body: `rigid` (default), or `bonded` with bonds that may break.
+    #[serde(default)]
+    pub body: Hold,
     /// Number of different shapes; grains take them in turn. Default: one for each
     /// grain; one for each file; one for spheres of one size.
     #[serde(default)]
@@ -173,6 +180,34 @@ impl Family {
         if dimension == 2 && !sphere {
             let allowed = "\"sphere\" (a disc) in two dimensions";
             return Err(Fault::new("shape", "is a solid body", allowed));
+        }
+        if let Some(cluster) = &self.cluster {
+            if !sphere {
+                let allowed = "left out, or `shape = \"sphere\"`";
+                return Err(Fault::new("cluster", "is given for a solid", allowed));
+            }
+            cluster.validate(dimension).map_err(|fault| fault.under("cluster"))?;
+            if dimension == 2 && self.body == Hold::Rigid {
+                let allowed =
+                    "body.bonded, as discs of one rigid body are not made in two dimensions";
+                return Err(Fault::new("body", "is `rigid`", allowed));
+            }
+        }
+        if let Hold::Bonded(bonds) = &self.body {
+            bonds.validate().map_err(|fault| fault.under("bonded").under("body"))?;
+            if let BondLaw::Solid(solid) = &bonds.law {
+                let Some(clump::Method::Lattice(lattice)) = &self.clump else {
+                    let allowed = "a `clump.lattice`, for whose geometry the moduli are";
+                    return Err(Fault::new("body.bonded.law", "is `solid`", allowed));
+                };
+                lattice.stiffness(1.0, solid.young.0, solid.poisson).map_err(|fault| {
+                    fault.under("solid").under("law").under("bonded").under("body")
+                })?;
+            }
+            if sphere && self.cluster.is_none() {
+                let allowed = "`rigid`, a `cluster`, or a shape with a `clump`";
+                return Err(Fault::new("body", "bonds the one sphere of a grain", allowed));
+            }
         }
         match (&self.clump, sphere) {
             (Some(_), true) => Err(Fault::new("clump", "is given for a sphere", "no `clump` key")),

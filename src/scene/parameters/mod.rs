@@ -1,6 +1,7 @@
 //! What a scene file may say. Parameters of methods live beside the methods;
 //! here they are put together.
 
+mod bond;
 mod contact;
 mod family;
 mod law;
@@ -8,6 +9,7 @@ mod output;
 mod plan;
 mod walls;
 
+pub use bond::{BeamBond, BondLaw, BondParameters, ContactBond, Hold, SolidBond};
 pub use contact::{ContactParameters, MaterialParameters, PairParameters};
 pub use family::{Family, Size, UniformSize};
 pub use law::{LawParameters, VariantParameters};

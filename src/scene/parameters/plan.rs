@@ -45,6 +45,13 @@ pub struct PlanParameters {
     /// True: the normal force may pull, whatever the variant. Default false: as the variant says.
     #[serde(default)]
     pub tension: bool,
+    /// All velocities and spins are set to zero every so many steps, to let a crowded packing
+    /// relax (P11, P15; the note takes 10). Left out: never.
+    #[serde(default)]
+    pub zero_velocities_every: Option<u32>,
+    /// Time after which they no longer are. Default: the whole duration.
+    #[serde(default)]
+    pub zero_velocities_until: Option<Time>,
     /// True: use the given step even if it is above the stability limit. Default false.
     #[serde(default)]
     pub insist: bool,
@@ -133,6 +140,16 @@ impl PlanParameters {
             && gravity[2].0 != 0.0
         {
             return Err(Fault::new("gravity[2]", "leaves the x–y plane", "0 in two dimensions"));
+        }
+        if self.zero_velocities_every == Some(0) {
+            return Err(Fault::new("zero_velocities_every", "is 0", "at least 1, or left out"));
+        }
+        if let Some(until) = self.zero_velocities_until {
+            Fault::positive("zero_velocities_until", until.0)?;
+            if self.zero_velocities_every.is_none() {
+                let allowed = "given together with `zero_velocities_every`";
+                return Err(Fault::new("zero_velocities_until", "stands alone", allowed));
+            }
         }
         if let Some(mutual) = &self.mutual_gravity {
             mutual.validate().map_err(|fault| fault.under("mutual_gravity"))?;

@@ -20,6 +20,7 @@ pub fn empty(dimension: Dimension, contact: Contact) -> Model {
         seed: 7,
         bodies: Vec::new(),
         spheres: Vec::new(),
+        bonds: Vec::new(),
         materials: vec![Material { name: "stone".into(), density: 2500.0 }],
         contacts: ContactTable::uniform(1, contact),
         extra: Extra::default(),
@@ -38,6 +39,8 @@ pub fn empty(dimension: Dimension, contact: Contact) -> Model {
             checkpoint_every: 0,
             scheme: Scheme::Liggghts,
             law: Scheme::Liggghts.law(),
+            zero_every: 0,
+            zero_until: 0,
             insist: false,
         },
     }

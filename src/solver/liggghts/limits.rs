@@ -35,6 +35,16 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
     if model.bodies.is_empty() {
         limits.push(Limit::refused("a deck needs at least one body"));
     }
+    if needs.zeroing {
+        limits.push(Limit::refused(
+            "velocities set to zero every so many steps: LIGGGHTS would have to split its run, which repeats the set-up pass; settle in riprap first",
+        ));
+    }
+    if needs.bonds {
+        limits.push(Limit::refused(
+            "bonds: LIGGGHTS-PUBLIC 3.8.0 has harmonic springs only, without shear, moments, damping or breakage; use YADE or rigid clumps",
+        ));
+    }
     if needs.mutual_gravity {
         limits.push(Limit::refused(
             "gravity between bodies: LIGGGHTS has no such force; a deck without it would run another model",

@@ -1,6 +1,6 @@
 //! What YADE 2023.02a cannot express or does in its own way.
 
-use super::values;
+use super::{bonds, values};
 use crate::model::{Arm, Coulomb, History, Model, Motion, Scheme, WallShape};
 use crate::solver::{Limit, finite};
 
@@ -26,6 +26,11 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
     if model.bodies.is_empty() {
         limits.push(Limit::refused("a deck needs at least one body"));
     }
+    if needs.zeroing && needs.clumps {
+        limits
+            .push(Limit::refused("velocities set to zero every so many steps, with rigid clumps"));
+    }
+    limits.extend(bonds::limits(model));
     let refused = [
         (
             needs.mutual_gravity,

@@ -1,6 +1,7 @@
 //! YADE 2023.02a (Šmilauer et al. 2021): ViscElMat contacts, clumps with given
 //! mass properties, walls and facets.
 
+mod bonds;
 mod limits;
 mod read;
 pub mod series;
@@ -75,6 +76,10 @@ impl Solver for Yade {
             files.push(("clumps.csv".to_owned(), text));
             let text = templates::render("yade/members.csv", &values::Members::new(model))?;
             files.push(("members.csv".to_owned(), text));
+        }
+        if needs.bonds {
+            let text = templates::render("yade/bonds.csv", &bonds::Bonds::new(model))?;
+            files.push(("bonds.csv".to_owned(), text));
         }
         for (name, facets) in values::facets(model) {
             files.push((name, templates::render("yade/wall.txt", &facets)?));

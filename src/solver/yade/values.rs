@@ -27,6 +27,9 @@ pub struct Script {
     gravity: [f64; 3],
     /// Edge lengths of the periodic cell.
     cell: [f64; 3],
+    bonds_every: usize,
+    zero_every: u64,
+    zero_until: u64,
     frame_every: u64,
     report_every: u64,
 }
@@ -91,6 +94,9 @@ impl Script {
             damping: model.local_damping,
             gravity: plain(&model.gravity),
             cell: model.periodic.map_or([0.0; 3], |cell| plain(&cell.bounds.size())),
+            bonds_every: super::bonds::looked_at_every(model),
+            zero_every: model.plan.zero_every,
+            zero_until: model.plan.zero_until.min(model.plan.steps),
             frame_every: model.plan.frame_every.max(1),
             report_every: (model.plan.steps / 50).max(1),
         })
