@@ -15,7 +15,33 @@ use super::bed::Bed;
 use super::probe::Probe;
 use super::solids::solid_volume;
 use crate::num::Mat3;
+use crate::num::MethodEntry;
 use serde::{Deserialize, Serialize};
+
+/// What can be measured, for `riprap list measures`.
+pub const METHODS: &[MethodEntry] = &[
+    MethodEntry {
+        key: "measures",
+        id: "P18",
+        summary: "measuring spheres (circles) read in every snapshot of a run: porosity, coordination numbers, fabric, stress",
+        source: "stress: Love 1927, Weber 1966; fabric: Satake 1982; mechanical coordination number: Thornton 2000",
+        example: r#"output.measures = [{ name = "core", at = [0, 0, "3 cm"], radius = "1 cm" }]"#,
+    },
+    MethodEntry {
+        key: "contacts",
+        id: "P18",
+        summary: "contact forces of the last snapshot in run/contacts.csv, for the stress in `riprap measure --contacts`",
+        source: "",
+        example: r#"output.contacts = true"#,
+    },
+    MethodEntry {
+        key: "--at --radius",
+        id: "P18",
+        summary: "the same for any file of spheres, with layers, radial distribution and local porosity: `riprap measure FILE`",
+        source: "exact volumes of spheres cut by spheres and boxes: geometry/shared.rs",
+        example: "riprap measure run/final.csv --at 0,0,0.03 --radius 0.01 --contacts run/contacts.csv -o measures",
+    },
+];
 
 /// What a probe measures.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
