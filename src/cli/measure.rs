@@ -72,10 +72,9 @@ fn wanted(arguments: &Measure) -> Result<Option<Survey>, Ending> {
     if arguments.gap.is_some_and(|gap| !(gap.is_finite() && gap >= 0.0)) {
         return wrong("--gap must be 0 or more");
     }
-    let room = arguments.room.map(|[a, b, c, d, e, f]| Bounds {
-        low: Vec3::new(a, b, c),
-        high: Vec3::new(d, e, f),
-    });
+    let room = arguments
+        .room
+        .map(|[a, b, c, d, e, f]| Bounds { low: Vec3::new(a, b, c), high: Vec3::new(d, e, f) });
     let dimension = if arguments.discs { 2 } else { 3 };
     if room.is_some_and(|room| (0..dimension).any(|axis| room.low[axis] >= room.high[axis])) {
         return wrong("--box needs low corners below high ones");

@@ -18,7 +18,7 @@ pub fn pushes(setting: &Setting<'_>, state: &State) -> Vec<Push> {
     };
     visit(&state.pairs, |slot, other, k| {
         let (a, b) = (&state.balls[slot], &state.balls[other]);
-        let way = a.place - b.place;
+        let way = setting.way(a.place - b.place);
         let distance = way.norm();
         let (unit, overlap) = (way / distance, a.radius + b.radius - distance);
         let law = setting.pair(a.material, b.material);
@@ -60,8 +60,7 @@ pub fn pushes(setting: &Setting<'_>, state: &State) -> Vec<Push> {
             first: state.order[slot],
             second: None,
             point,
-            force: unit * size(law, ball.radius - distance, record.lag[0])
-                - record.spring * law.kt,
+            force: unit * size(law, ball.radius - distance, record.lag[0]) - record.spring * law.kt,
         });
     });
     let finite = |push: &Push| push.force.iter().chain(&push.point).all(|x| x.is_finite());

@@ -163,10 +163,8 @@ mod tests {
     /// The same by thin discs, each in closed form.
     fn by_slices(centre: &Vec3, radius: f64, bounds: &Bounds) -> f64 {
         const SLICES: usize = 4000;
-        let (low, high) = (
-            bounds.low.z.max(centre.z - radius),
-            bounds.high.z.min(centre.z + radius),
-        );
+        let (low, high) =
+            (bounds.low.z.max(centre.z - radius), bounds.high.z.min(centre.z + radius));
         if high <= low {
             return 0.0;
         }
@@ -221,7 +219,9 @@ mod tests {
         assert!((ball_and_box(&Vec3::zeros(), 1.0, &cube, 3) - ball(1.0, 3)).abs() < 1e-14);
         // Six caps cut off a ball of radius 1.2 about a cube of edge 2.
         let caps = 6.0 * PI * 0.2_f64.powi(2) * (3.0 * 1.2 - 0.2) / 3.0;
-        assert!((ball_and_box(&Vec3::zeros(), 1.2, &cube, 3) - (ball(1.2, 3) - caps)).abs() < 1e-14);
+        assert!(
+            (ball_and_box(&Vec3::zeros(), 1.2, &cube, 3) - (ball(1.2, 3) - caps)).abs() < 1e-14
+        );
         assert_eq!(ball_and_box(&Vec3::repeat(9.0), 1.0, &cube, 3), 0.0);
     }
 

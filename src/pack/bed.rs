@@ -96,10 +96,13 @@ impl Bed {
     /// Makes `spheres` ready; bodies touch up to a gap of `tolerance` m.
     pub fn new(mut spheres: Spheres, tolerance: f64) -> Self {
         let dimension = spheres.dimension;
-        let around = spheres.centres.iter().zip(&spheres.radii).fold(
-            Bounds::EMPTY,
-            |bounds, (centre, radius)| bounds.union(&Bounds::of([centre]).grown(*radius)),
-        );
+        let around = spheres
+            .centres
+            .iter()
+            .zip(&spheres.radii)
+            .fold(Bounds::EMPTY, |bounds, (centre, radius)| {
+                bounds.union(&Bounds::of([centre]).grown(*radius))
+            });
         let mut room = spheres.room.unwrap_or(around);
         if dimension == 2 {
             (room.low.z, room.high.z) = (-0.5, 0.5);
@@ -278,6 +281,8 @@ fn body_centres(spheres: &Spheres, space: &Space) -> Vec<Vec3> {
         *total += weight;
     }
     sums.into_iter()
-        .map(|(sum, total, first)| first.unwrap_or_default() + sum / f64::max(total, f64::MIN_POSITIVE))
+        .map(|(sum, total, first)| {
+            first.unwrap_or_default() + sum / f64::max(total, f64::MIN_POSITIVE)
+        })
         .collect()
 }

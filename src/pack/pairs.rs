@@ -240,7 +240,14 @@ impl Level {
 
     /// Pairs of `ball` with the balls in cells `zs[0]..=zs[1]` of a column; cells beyond sides that repeat are
     /// those of the other side, beyond others there is nothing.
-    fn column(&self, search: &Search, ball: &Seen, at: [i64; 2], zs: [i64; 2], list: &mut Vec<Pair>) {
+    fn column(
+        &self,
+        search: &Search,
+        ball: &Seen,
+        at: [i64; 2],
+        zs: [i64; 2],
+        list: &mut Vec<Pair>,
+    ) {
         let mut code = 0;
         let mut column = 0;
         for (axis, &cell) in at.iter().enumerate() {

@@ -98,7 +98,8 @@ impl Probe {
             }
             Self::Box(bounds) => {
                 for axis in 0..dimension {
-                    let (low, high) = (bounds.low[axis] - from[axis], bounds.high[axis] - from[axis]);
+                    let (low, high) =
+                        (bounds.low[axis] - from[axis], bounds.high[axis] - from[axis]);
                     if way[axis] == 0.0 {
                         if low > 0.0 || high <= 0.0 {
                             return 0.0;
@@ -127,9 +128,9 @@ impl Probe {
                 (half > 0.0).then(|| (at[axis] - half.sqrt(), at[axis] + half.sqrt()))
             }
             Self::Box(bounds) => {
-                let inside = (0..dimension).filter(|&other| other != axis).all(|other| {
-                    (bounds.low[other]..bounds.high[other]).contains(&point[other])
-                });
+                let inside = (0..dimension)
+                    .filter(|&other| other != axis)
+                    .all(|other| (bounds.low[other]..bounds.high[other]).contains(&point[other]));
                 inside.then(|| (bounds.low[axis], bounds.high[axis]))
             }
         }
@@ -143,15 +144,18 @@ mod tests {
     #[test]
     fn lines_are_cut_where_the_surface_is() {
         let ball = Probe::Ball { at: Vec3::zeros(), radius: 1.0 };
-        let part = |from: [f64; 3], to: [f64; 3]| {
-            ball.part_of_line(&Vec3::from(from), &Vec3::from(to), 3)
-        };
+        let part =
+            |from: [f64; 3], to: [f64; 3]| ball.part_of_line(&Vec3::from(from), &Vec3::from(to), 3);
         assert_eq!(part([-2.0, 0.0, 0.0], [2.0, 0.0, 0.0]), 0.5);
         assert_eq!(part([0.0, 0.0, 0.0], [0.0, 4.0, 0.0]), 0.25);
         assert_eq!(part([2.0, 0.0, 0.0], [4.0, 0.0, 0.0]), 0.0);
         assert_eq!(part([0.0, 1.5, -2.0], [0.0, 1.5, 2.0]), 0.0);
-        let slab = Probe::Box(Bounds { low: Vec3::new(-9.0, -9.0, 0.0), high: Vec3::new(9.0, 9.0, 1.0) });
-        assert_eq!(slab.part_of_line(&Vec3::new(0.0, 0.0, -1.0), &Vec3::new(0.0, 0.0, 3.0), 3), 0.25);
+        let slab =
+            Probe::Box(Bounds { low: Vec3::new(-9.0, -9.0, 0.0), high: Vec3::new(9.0, 9.0, 1.0) });
+        assert_eq!(
+            slab.part_of_line(&Vec3::new(0.0, 0.0, -1.0), &Vec3::new(0.0, 0.0, 3.0), 3),
+            0.25
+        );
         assert_eq!(slab.part_of_line(&Vec3::new(0.0, 0.0, 2.0), &Vec3::new(1.0, 0.0, 2.0), 3), 0.0);
         assert_eq!(slab.part_of_line(&Vec3::new(0.0, 0.0, 0.5), &Vec3::new(1.0, 0.0, 0.5), 3), 1.0);
     }

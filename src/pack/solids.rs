@@ -93,7 +93,8 @@ fn by_lines(balls: &[(Vec3, f64)], probe: &Probe, dimension: usize) -> (f64, f64
     let mut count = [1_usize; 2];
     let mut step = [1.0_f64; 2];
     let across: f64 = (0..axis).map(|a| bounds.size()[a]).product();
-    let wanted = (across / if axis == 1 { 50.0 * LINES } else { LINES * LINES }).powf(1.0 / axis as f64);
+    let wanted =
+        (across / if axis == 1 { 50.0 * LINES } else { LINES * LINES }).powf(1.0 / axis as f64);
     for a in 0..axis {
         count[a] = (bounds.size()[a] / wanted).ceil().clamp(1.0, 1e5) as usize;
         step[a] = bounds.size()[a] / count[a] as f64;

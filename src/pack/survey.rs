@@ -102,7 +102,8 @@ pub fn measure(bed: &Bed, probe: &Probe) -> Reading {
 
 fn count(bed: &Bed, probe: &Probe, reading: &mut Reading) {
     let dimension = bed.dimension();
-    let (mut all, mut held, mut holding, mut lone, mut single) = (0_u64, 0_u64, 0_u64, 0_u64, 0_u64);
+    let (mut all, mut held, mut holding, mut lone, mut single) =
+        (0_u64, 0_u64, 0_u64, 0_u64, 0_u64);
     for (body, centre) in bed.bodies.iter().enumerate() {
         if !probe.holds(&bed.seen_from(probe, centre), dimension) {
             continue;
@@ -164,7 +165,8 @@ fn stress(bed: &Bed, probe: &Probe, reading: &mut Reading) {
     let size = deviator.norm();
     reading.stress = Some(rows(&stress));
     reading.mean_stress = Some(mean);
-    reading.deviator = Some(if dimension == 2 { size / 2.0_f64.sqrt() } else { 1.5_f64.sqrt() * size });
+    reading.deviator =
+        Some(if dimension == 2 { size / 2.0_f64.sqrt() } else { 1.5_f64.sqrt() * size });
 }
 
 fn rows(matrix: &Mat3) -> [[f64; 3]; 3] {
@@ -222,15 +224,13 @@ mod tests {
         }
     }
 
-    const FCC: [[f64; 3]; 4] =
-        [[0.0, 0.0, 0.0], [0.5, 0.5, 0.0], [0.5, 0.0, 0.5], [0.0, 0.5, 0.5]];
+    const FCC: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [0.5, 0.5, 0.0], [0.5, 0.0, 0.5], [0.0, 0.5, 0.5]];
 
     #[test]
     fn lattices_have_their_porosity_contacts_and_fabric() {
         let simple = Bed::new(lattice(4, &[[0.0; 3]], 0.5), 1e-9);
         let close = Bed::new(lattice(3, &FCC, 0.125_f64.sqrt()), 1e-9);
-        for (bed, solid, contacts) in
-            [(simple, PI / 6.0, 6.0), (close, PI / 18.0_f64.sqrt(), 12.0)]
+        for (bed, solid, contacts) in [(simple, PI / 6.0, 6.0), (close, PI / 18.0_f64.sqrt(), 12.0)]
         {
             let found = whole(&bed);
             assert!((found.porosity - (1.0 - solid)).abs() < 1e-12, "{found:?}");
@@ -265,11 +265,12 @@ mod tests {
         let found = radial(&bed, reach, bins);
         let width = reach / bins as f64;
         let density = 4.0;
-        for (distance, expected) in [(1.0, 12.0), (2.0_f64.sqrt(), 6.0), (3.0_f64.sqrt(), 24.0), (2.0, 12.0)] {
+        for (distance, expected) in
+            [(1.0, 12.0), (2.0_f64.sqrt(), 6.0), (3.0_f64.sqrt(), 24.0), (2.0, 12.0)]
+        {
             let near = |r: f64| (r - 2.0 * radius * distance).abs() < 1.5 * width;
-            let shell = |r: f64| {
-                shared::ball(r + 0.5 * width, 3) - shared::ball(r - 0.5 * width, 3)
-            };
+            let shell =
+                |r: f64| shared::ball(r + 0.5 * width, 3) - shared::ball(r - 0.5 * width, 3);
             let count: f64 =
                 found.iter().filter(|(r, _)| near(*r)).map(|(r, g)| g * density * shell(*r)).sum();
             assert!((count - expected).abs() < 1e-9, "{count} {expected}");
@@ -312,9 +313,10 @@ mod tests {
         // Three contacts do not hold a sphere without friction.
         assert_eq!((found.coordination_held, found.rattlers), (None, Some(1.0)));
         // Discs need three.
-        let flat: Vec<Vec3> = [[0.0, 0.0], [1.0, 0.0], [0.5, 0.75_f64.sqrt()], [1.5, 0.75_f64.sqrt()]]
-            .map(|[x, y]| Vec3::new(x, y, 0.0))
-            .to_vec();
+        let flat: Vec<Vec3> =
+            [[0.0, 0.0], [1.0, 0.0], [0.5, 0.75_f64.sqrt()], [1.5, 0.75_f64.sqrt()]]
+                .map(|[x, y]| Vec3::new(x, y, 0.0))
+                .to_vec();
         let discs = Spheres {
             radii: vec![0.5; 4],
             body: (0..4).collect(),
@@ -392,7 +394,9 @@ mod tests {
         };
         let found = whole(&Bed::new(two.clone(), 1e-9));
         let solid = 2.0 * shared::ball(1.0, 3) - 5.0 * PI / 12.0;
-        assert!((found.porosity - (1.0 - solid / 125.0)).abs() < 1e-14 && found.porosity_error == 0.0);
+        assert!(
+            (found.porosity - (1.0 - solid / 125.0)).abs() < 1e-14 && found.porosity_error == 0.0
+        );
         assert_eq!((found.bodies, found.contacts), (1, 0));
         // Three spheres in each other: by lines. One lies within another, so the volume is known.
         let mut three = two;
@@ -408,7 +412,10 @@ mod tests {
         let bed = Bed::new(three, 1e-9);
         let flat = whole(&bed);
         let area = 2.0 * PI - (2.0 * PI / 3.0 - 0.5 * 3.0_f64.sqrt());
-        assert!((flat.porosity - (1.0 - area / 25.0)).abs() < 4.0 * flat.porosity_error + 1e-9, "{flat:?}");
+        assert!(
+            (flat.porosity - (1.0 - area / 25.0)).abs() < 4.0 * flat.porosity_error + 1e-9,
+            "{flat:?}"
+        );
         let cut = measure(&bed, &Probe::Ball { at: Vec3::new(0.5, 0.0, 0.0), radius: 0.5 });
         assert!(cut.porosity.abs() < 1e-3, "{cut:?}");
     }

@@ -141,7 +141,9 @@ fn read_pushes(path: &Path, spheres: usize) -> Result<Vec<Push>, RoadError> {
     let text = std::fs::read_to_string(path).map_err(|e| FormatError::io(path, "read", e))?;
     let mut lines = text.lines();
     if lines.next() != Some(CONTACTS) {
-        return Err(FormatError::line(path, 1, format!("the first line is not `{CONTACTS}`")).into());
+        return Err(
+            FormatError::line(path, 1, format!("the first line is not `{CONTACTS}`")).into()
+        );
     }
     let parsed = |line: &str| {
         let mut fields = line.split(',');
@@ -160,7 +162,8 @@ fn read_pushes(path: &Path, spheres: usize) -> Result<Vec<Push>, RoadError> {
         .enumerate()
         .map(|(row, line)| {
             parsed(line).ok_or_else(|| {
-                let problem = format!("is no contact of two of {spheres} spheres, or of one and a wall");
+                let problem =
+                    format!("is no contact of two of {spheres} spheres, or of one and a wall");
                 FormatError::line(path, row + 2, problem).into()
             })
         })
@@ -309,7 +312,16 @@ fn readings_sheet(key: &str, title: &str, (heads, rows): &Rows) -> Sheet {
     ];
     columns.extend(names.map(String::from));
     if forces {
-        let names = ["sxx [Pa]", "syy [Pa]", "szz [Pa]", "sxy [Pa]", "sxz [Pa]", "syz [Pa]", "mean stress [Pa]", "deviator [Pa]"];
+        let names = [
+            "sxx [Pa]",
+            "syy [Pa]",
+            "szz [Pa]",
+            "sxy [Pa]",
+            "sxz [Pa]",
+            "syz [Pa]",
+            "mean stress [Pa]",
+            "deviator [Pa]",
+        ];
         columns.extend(names.map(String::from));
     }
     let cells = |(head, reading): &(Vec<Cell>, Reading)| {
@@ -345,9 +357,14 @@ fn radial_sheet(shells: &[(f64, f64)], diameter: f64) -> Sheet {
     Sheet {
         key: "radial".into(),
         title: "Radial distribution".into(),
-        caption: "g(r) of the centres of bodies; shells cut by the room count with their volume inside.".into(),
+        caption:
+            "g(r) of the centres of bodies; shells cut by the room count with their volume inside."
+                .into(),
         columns: vec!["r [m]".into(), "r over mean diameter".into(), "g".into()],
-        rows: shells.iter().map(|(r, g)| vec![(*r).into(), (r / diameter).into(), (*g).into()]).collect(),
+        rows: shells
+            .iter()
+            .map(|(r, g)| vec![(*r).into(), (r / diameter).into(), (*g).into()])
+            .collect(),
     }
 }
 
@@ -371,14 +388,17 @@ fn partners_sheet(bed: &Bed) -> Sheet {
         title: "Bodies by the number of others that they touch".into(),
         caption: String::new(),
         columns: vec!["touching".into(), "bodies".into()],
-        rows: rows.map(|(touching, bodies)| vec![(touching as u64).into(), bodies.into()]).collect(),
+        rows: rows
+            .map(|(touching, bodies)| vec![(touching as u64).into(), bodies.into()])
+            .collect(),
     }
 }
 
 fn remarks(all: &Reading, probes: &[(Vec3, f64, Reading)]) -> Vec<String> {
     let number = |value: Option<f64>| value.map_or("none".to_owned(), |z| format!("{z:.3}"));
     let said = |name: String, reading: &Reading| {
-        let stress = reading.mean_stress.map_or(String::new(), |p| format!(", mean stress {p:.4e} Pa"));
+        let stress =
+            reading.mean_stress.map_or(String::new(), |p| format!(", mean stress {p:.4e} Pa"));
         format!(
             "{name}: porosity {:.5} ± {:.0e}, coordination number {} ({} without rattlers){stress}.",
             reading.porosity,
@@ -389,7 +409,10 @@ fn remarks(all: &Reading, probes: &[(Vec3, f64, Reading)]) -> Vec<String> {
     };
     let mut lines = vec![said("Whole room".into(), all)];
     lines.extend(probes.iter().map(|(at, radius, reading)| {
-        said(format!("Sphere of {radius:.4e} m about ({:.4e}, {:.4e}, {:.4e})", at.x, at.y, at.z), reading)
+        said(
+            format!("Sphere of {radius:.4e} m about ({:.4e}, {:.4e}, {:.4e})", at.x, at.y, at.z),
+            reading,
+        )
     }));
     lines
 }
@@ -400,7 +423,8 @@ fn charts(
     diameter: f64,
     bed: &Bed,
 ) -> Vec<(String, Chart)> {
-    let series = |name: &str, points: Vec<(f64, f64)>, dots| Series { name: name.into(), points, dots };
+    let series =
+        |name: &str, points: Vec<(f64, f64)>, dots| Series { name: name.into(), points, dots };
     let over = |of: &dyn Fn(&Reading) -> Option<f64>| -> Vec<(f64, f64)> {
         layers.iter().filter_map(|(height, reading)| Some((*height, of(reading)?))).collect()
     };
@@ -505,7 +529,8 @@ mod tests {
             force: Vec3::new(0.0, 0.0, -2.0),
         };
         let mut bytes = Vec::new();
-        let wall = Push { second: None, point: Vec3::new(0.0, 0.0, -0.5e-3), force: -push.force, ..push };
+        let wall =
+            Push { second: None, point: Vec3::new(0.0, 0.0, -0.5e-3), force: -push.force, ..push };
         write_pushes(&mut bytes, &[push, wall]).expect("written");
         std::fs::write(&contacts, &bytes).expect("written");
         let wanted = Survey {

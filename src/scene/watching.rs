@@ -61,6 +61,7 @@ impl Watch {
                 Some(Region::Box(room)) => Some(room.bounds),
                 _ => None,
             },
+            periodic: region.and_then(Region::cell).map_or([false; 3], |cell| cell.periodic),
             ..Spheres::default()
         };
         let ball = |m: &MeasureParameters| Probe::Ball {
@@ -121,7 +122,11 @@ impl Watch {
         for row in &self.rows {
             for (name, r) in self.names.iter().zip(&row.readings) {
                 write!(out, "{:e},{},{name}", row.time, row.step)?;
-                write!(out, ",{:e},{:e},{:e},{}", r.volume, r.porosity, r.porosity_error, r.bodies)?;
+                write!(
+                    out,
+                    ",{:e},{:e},{:e},{}",
+                    r.volume, r.porosity, r.porosity_error, r.bodies
+                )?;
                 let numbers =
                     [r.coordination, r.coordination_held, r.coordination_mechanical, r.rattlers];
                 numbers.into_iter().try_for_each(|x| optional(out, x))?;
@@ -194,7 +199,9 @@ impl Watch {
                     Some((mean, (high - low) / mean.abs()))
                 };
                 let said = |what: &str, found: Option<(f64, f64)>| match found {
-                    Some((mean, spread)) => format!("{what} {mean:.4e} within {:.2} %", 100.0 * spread),
+                    Some((mean, spread)) => {
+                        format!("{what} {mean:.4e} within {:.2} %", 100.0 * spread)
+                    }
                     None => format!("no {what}"),
                 };
                 format!(
