@@ -10,12 +10,21 @@
 //!
 //! Diameters in m. Cost O(N log classes).
 
-use crate::num::Fault;
 use crate::num::random::{stream, uniform, whole};
 use crate::num::units::Length;
+use crate::num::{Fault, MethodEntry};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
+
+/// What `riprap list packings` says.
+pub const ENTRY: MethodEntry = MethodEntry {
+    key: "size",
+    id: "P17",
+    summary: "sizes: one, uniform, gaussian, lognormal, weibull, fuller, rosin_rammler, or a sieve curve by mass; grading.csv and grading.svg beside the wanted curve",
+    source: "Fuller & Thompson 1907; Rosin & Rammler 1933",
+    example: r#"size = { fuller = { smallest = "5 mm", largest = "20 mm" } }"#,
+};
 
 /// A size distribution; sizes are equivalent-volume diameters (diameters for spheres and discs).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -106,6 +106,9 @@ pub enum Method {
     Placed(Placed),
 }
 
+/// What else of a packing a scene can ask for, for `riprap list packings`.
+pub const OPTIONS: &[MethodEntry] = &[zones::ENTRY, grading::ENTRY];
+
 /// Every packing method, for `riprap list packings`.
 pub const METHODS: &[MethodEntry] = &[
     MethodEntry {

@@ -6,9 +6,18 @@
 use super::Grain;
 use crate::geometry::Bounds;
 use crate::num::units::Length;
-use crate::num::{Fault, Vec3};
+use crate::num::{Fault, MethodEntry, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+/// What `riprap list packings` says.
+pub const ENTRY: MethodEntry = MethodEntry {
+    key: "zones",
+    id: "P13",
+    summary: "boxes with families and sizes of their own, with or without temporary walls",
+    source: "Itasca, PFC",
+    example: r#"packing.random = { zones = [{ family = "ball", low = [0, 0, 0], high = ["20 cm", "20 cm", "20 cm"] }] }"#,
+};
 
 /// A box for the grains of one family.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
