@@ -5,17 +5,20 @@
 
 pub mod apollonian;
 pub mod array;
+pub mod digital;
 mod dress;
 pub mod drop_and_roll;
 pub mod explosive_repulsion;
 pub mod file;
 pub mod force_biased;
+pub mod forms;
 pub mod grading;
 pub mod growing;
 pub mod measure;
 pub mod moving_boundary;
 mod occupied;
 pub mod pairs;
+pub mod penetration;
 pub mod placed;
 pub mod radius_expansion;
 pub mod random;
@@ -29,10 +32,13 @@ pub mod soft;
 pub mod space;
 mod target;
 pub mod touch_and_stop;
+pub mod voxels;
+pub mod walk;
 pub mod zones;
 
 pub use apollonian::Apollonian;
 pub use array::Array;
+pub use digital::Digital;
 pub use drop_and_roll::DropAndRoll;
 pub use explosive_repulsion::ExplosiveRepulsion;
 pub use force_biased::ForceBiased;
@@ -94,6 +100,8 @@ pub enum Method {
     MovingBoundary(MovingBoundary),
     /// The densest random packing of grains of given proportions.
     ForceBiased(ForceBiased),
+    /// Grains of cells that wander cell by cell.
+    Digital(Digital),
     /// Where the user says.
     Placed(Placed),
 }
@@ -178,6 +186,13 @@ pub const METHODS: &[MethodEntry] = &[
         example: r#"packing.force_biased = { sizes = "densest" }"#,
     },
     MethodEntry {
+        key: "digital",
+        id: "P7",
+        summary: "container and grains as cells of a lattice; any shape wanders cell by cell, turns, and rebounds",
+        source: "Jia & Williams 2001",
+        example: r#"packing.digital = { cells = 12, rebound = 0.2 }"#,
+    },
+    MethodEntry {
         key: "placed",
         id: "",
         summary: "bodies one by one at places, angles and speeds of your own",
@@ -225,6 +240,7 @@ impl Method {
             Self::ExplosiveRepulsion(_) => "explosive_repulsion",
             Self::MovingBoundary(_) => "moving_boundary",
             Self::ForceBiased(_) => "force_biased",
+            Self::Digital(_) => "digital",
             Self::Placed(_) => "placed",
         }
     }
@@ -243,6 +259,7 @@ impl Method {
             Self::ExplosiveRepulsion(parameters) => parameters.validate(),
             Self::MovingBoundary(parameters) => parameters.validate(),
             Self::ForceBiased(parameters) => parameters.validate(),
+            Self::Digital(parameters) => parameters.validate(),
             Self::Placed(parameters) => parameters.validate(),
         }
         .map_err(|fault| fault.under(self.key()))
@@ -286,6 +303,7 @@ pub fn pack(
         Method::ExplosiveRepulsion(parameters) => parameters.lay(grains, region, seed, job),
         Method::MovingBoundary(parameters) => parameters.lay(grains, region, seed, job),
         Method::ForceBiased(parameters) => parameters.lay(grains, region, seed, job),
+        Method::Digital(parameters) => parameters.lay(grains, region, seed, job),
         Method::Placed(parameters) => parameters.lay(grains, families, region),
     }?;
     laid.placements.sort_by_key(|placement| placement.grain);
