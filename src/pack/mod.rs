@@ -5,6 +5,7 @@
 
 pub mod apollonian;
 pub mod array;
+pub mod control_points;
 pub mod digital;
 mod dress;
 pub mod drop_and_roll;
@@ -20,6 +21,7 @@ mod occupied;
 pub mod pairs;
 pub mod penetration;
 pub mod placed;
+pub mod points;
 pub mod radius_expansion;
 pub mod random;
 pub mod random_apollonian;
@@ -38,6 +40,7 @@ pub mod zones;
 
 pub use apollonian::Apollonian;
 pub use array::Array;
+pub use control_points::ControlPoints;
 pub use digital::Digital;
 pub use drop_and_roll::DropAndRoll;
 pub use explosive_repulsion::ExplosiveRepulsion;
@@ -102,6 +105,8 @@ pub enum Method {
     ForceBiased(ForceBiased),
     /// Grains of cells that wander cell by cell.
     Digital(Digital),
+    /// Bodies of surface points that move along random unit vectors.
+    ControlPoints(ControlPoints),
     /// Where the user says.
     Placed(Placed),
 }
@@ -193,6 +198,13 @@ pub const METHODS: &[MethodEntry] = &[
         example: r#"packing.digital = { cells = 12, rebound = 0.2 }"#,
     },
     MethodEntry {
+        key: "control_points",
+        id: "P8",
+        summary: "bodies as surface points that move along random unit vectors, with gravity, vibration and a distance of collision",
+        source: "Sajjadi & Khalili 2015",
+        example: r#"packing.control_points = { points = 500, gravity = 1 }"#,
+    },
+    MethodEntry {
         key: "placed",
         id: "",
         summary: "bodies one by one at places, angles and speeds of your own",
@@ -241,6 +253,7 @@ impl Method {
             Self::MovingBoundary(_) => "moving_boundary",
             Self::ForceBiased(_) => "force_biased",
             Self::Digital(_) => "digital",
+            Self::ControlPoints(_) => "control_points",
             Self::Placed(_) => "placed",
         }
     }
@@ -260,6 +273,7 @@ impl Method {
             Self::MovingBoundary(parameters) => parameters.validate(),
             Self::ForceBiased(parameters) => parameters.validate(),
             Self::Digital(parameters) => parameters.validate(),
+            Self::ControlPoints(parameters) => parameters.validate(),
             Self::Placed(parameters) => parameters.validate(),
         }
         .map_err(|fault| fault.under(self.key()))
@@ -304,6 +318,7 @@ pub fn pack(
         Method::MovingBoundary(parameters) => parameters.lay(grains, region, seed, job),
         Method::ForceBiased(parameters) => parameters.lay(grains, region, seed, job),
         Method::Digital(parameters) => parameters.lay(grains, region, seed, job),
+        Method::ControlPoints(parameters) => parameters.lay(grains, region, seed, job),
         Method::Placed(parameters) => parameters.lay(grains, families, region),
     }?;
     laid.placements.sort_by_key(|placement| placement.grain);
