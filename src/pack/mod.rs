@@ -25,6 +25,7 @@ pub mod points;
 pub mod radius_expansion;
 pub mod random;
 pub mod random_apollonian;
+pub mod rearrange;
 pub mod rods;
 #[cfg(test)]
 mod samples;
@@ -119,6 +120,13 @@ pub const METHODS: &[MethodEntry] = &[
         summary: "grains one by one at random places and angles; kept where they overlap nothing, dropped after a number of tries",
         source: "random sequential addition: Widom 1966; Feder 1980",
         example: r#"packing.random = { tries = 2000 }"#,
+    },
+    MethodEntry {
+        key: "random",
+        id: "P4",
+        summary: "as above; a grain that does not fit turns there, moves about the place, and at last shrinks",
+        source: "RRAP: Sajjadi & Khalili 2015; Delaney, Hutzler & Aste 2008",
+        example: r#"packing.random = { tries = 200, rearrange = { turns = 10, moves = 10, smallest = 0.8 } }"#,
     },
     MethodEntry {
         key: "array",
@@ -364,10 +372,23 @@ struct Laid {
     outcome: String,
 }
 
-/// "placed 9 of 10 grains, 0.9 of 1 m³ (90 %)" and what was dropped.
+/// "placed 9 of 10 grains, 0.9 of 1 m³ (90 %)" and what was dropped, where sizes are those wanted.
 fn tally(grains: &[Grain], placements: &[Placement], dropped: &[u32], why: &str) -> String {
+    tally_scaled(grains, placements, dropped, why, 3)
+}
+
+/// As [`tally`] in `dimension` dimensions, with the volumes of grains whose size was changed.
+fn tally_scaled(
+    grains: &[Grain],
+    placements: &[Placement],
+    dropped: &[u32],
+    why: &str,
+    dimension: usize,
+) -> String {
     let wanted: f64 = grains.iter().map(|grain| grain.clump.volume).sum();
-    let got: f64 = placements.iter().map(|p| grains[p.grain as usize].clump.volume).sum();
+    let volume =
+        |p: &Placement| grains[p.grain as usize].clump.volume * p.scale.powi(dimension as i32);
+    let got: f64 = placements.iter().map(volume).sum();
     let share = if wanted > 0.0 { 100.0 * got / wanted } else { 100.0 };
     let mut text = format!(
         "placed {} of {} grains, {got:.4e} of {wanted:.4e} m³ wanted ({share:.2} %)",
