@@ -313,6 +313,21 @@ pub fn pack(
             );
         }
     }
+    let reach = grains.iter().map(occupied::clump_radius).fold(0.0, f64::max);
+    if let Some(axis) = region.cell().and_then(|cell| cell.too_short(reach)) {
+        let problem = format!(
+            "is too short along {} for grains of bounding radius {reach} m",
+            ["x", "y", "z"][axis]
+        );
+        let allowed = format!("periodic edges of at least {} m", 4.0 * reach);
+        return Err(Fault::new("container", problem, allowed).into());
+    }
+    let wraps = matches!(method, Method::Random(_) | Method::Array(_) | Method::Placed(_));
+    if region.cell().is_some() && !wraps {
+        let problem = "does not fill periodic boxes";
+        let allowed = "random, array or placed, or a box without `periodic`";
+        return Err(Fault::new(method.key(), problem, allowed).into());
+    }
     let mut laid = match method {
         Method::Random(parameters) => parameters.lay(grains, families, region, seed, job),
         Method::Array(parameters) => parameters.lay(grains, region, seed, job),
@@ -347,7 +362,9 @@ pub fn pack_freely(
     method: &Placed,
     job: &Job,
 ) -> Result<Packing, PackError> {
-    let open_box = |bounds| Region::Box(Rectangle { bounds, dimension, open: [[true; 2]; 3] });
+    let open_box = |bounds| {
+        Region::Box(Rectangle { bounds, dimension, open: [[true; 2]; 3], periodic: [false; 3] })
+    };
     let far = Bounds { low: Vec3::repeat(-FAR), high: Vec3::repeat(FAR) };
     let method = Method::Placed(method.clone());
     let mut packing = pack(grains, families, &open_box(far), &method, 0, job)?;

@@ -7,7 +7,7 @@
 use super::{Grain, Placement};
 use crate::geometry::collide::Place;
 use crate::geometry::region::SolidRoom;
-use crate::geometry::{Ball, BallGrid, Bounds, Collider, Region};
+use crate::geometry::{Ball, BallGrid, Bounds, Cell, Collider, Region};
 use crate::num::{Rotation, Vec3};
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -52,6 +52,8 @@ pub struct Occupied<'a> {
     grid: BallGrid,
     /// Grain and place behind each bounding sphere.
     placed: Vec<(usize, Place)>,
+    /// How space repeats itself.
+    cell: Option<Cell>,
 }
 
 impl<'a> Occupied<'a> {
@@ -71,6 +73,7 @@ impl<'a> Occupied<'a> {
             scales: vec![1.0; grains.len()],
             grid,
             placed: Vec::new(),
+            cell: region.cell(),
         }
     }
 
@@ -110,7 +113,8 @@ impl<'a> Occupied<'a> {
         let grid = BallGrid::new(radii.iter().copied().fold(f64::INFINITY, f64::min));
         let room = Some(region.for_solids(unit));
         let scales = vec![1.0; grains.len()];
-        Self { grains, region, gap, bodies, room, radii, scales, grid, placed: Vec::new() }
+        let (cell, placed) = (region.cell(), Vec::new());
+        Self { grains, region, gap, bodies, room, radii, scales, grid, placed, cell }
     }
 
     /// Makes `grain`, which was not placed yet, `scale` times as large as it is wanted.
@@ -201,8 +205,18 @@ impl<'a> Occupied<'a> {
         }
     }
 
-    /// Puts `grain` there.
+    /// Puts `grain` there, and its images where they can be met.
     pub fn add(&mut self, grain: usize, at: Place) {
+        self.add_one(grain, at);
+        let Some(cell) = self.cell else { return };
+        let largest = self.radii.iter().copied().fold(0.0, f64::max);
+        let reach = self.radii[grain] + largest + self.gap;
+        let mut images = Vec::new();
+        cell.images(&at.0, reach, |way| images.push((at.0 + way, at.1)));
+        images.into_iter().for_each(|image| self.add_one(grain, image));
+    }
+
+    fn add_one(&mut self, grain: usize, at: Place) {
         if self.bodies.is_empty() {
             let balls: Vec<Ball> = self.balls(grain, &at).collect();
             for ball in balls {

@@ -3,7 +3,7 @@
 use super::values;
 use crate::geometry::Mesh;
 use crate::model::extra::{Cohesion, Rolling};
-use crate::model::{Arm, Coulomb, History, Model, PairForces, WallShape};
+use crate::model::{Arm, Coulomb, History, Model, Motion, PairForces, WallShape};
 use crate::solver::mesh_check::{MeshFacts, inspect};
 use crate::solver::{Limit, finite};
 
@@ -155,6 +155,24 @@ fn bodies(model: &Model, limits: &mut Vec<Limit>) {
 }
 
 fn walls(model: &Model, limits: &mut Vec<Limit>) {
+    if model.needs().periodic && !values::surfaces(model).is_empty() {
+        limits.push(Limit::refused(
+            "mesh walls, oblique planes and planes that move along their normal in a periodic box: LIGGGHTS takes no mesh that reaches over a periodic side",
+        ));
+    }
+    for wall in &model.walls {
+        match wall.motion {
+            Motion::Servo { .. } => limits.push(Limit::refused(format!(
+                "wall `{}` seeks a force: fix mesh/surface/stress/servo is a controller with gains of its own, which would move the wall in another way",
+                wall.name
+            ))),
+            Motion::Oscillate { phase, .. } if phase != 0.0 => limits.push(Limit::refused(format!(
+                "wall `{}` oscillates from a phase that is not 0: fix move/mesh wiggle starts at 0",
+                wall.name
+            ))),
+            _ => {}
+        }
+    }
     for wall in &model.walls {
         let WallShape::Mesh { mesh } = &wall.shape else { continue };
         let facts = inspect(mesh);

@@ -272,7 +272,7 @@ fn touch(model: &Model, frame: &Frame, row: &[f64]) -> Option<Touch> {
     }
     let (a, b) = (index(row[0])?, index(row[1])?);
     let force = vector(row, 3);
-    let away = frame.centres[a] - frame.centres[b];
+    let away = model.way(frame.centres[a] - frame.centres[b]);
     Some(Touch {
         first: a.min(b) as u32,
         second: a.max(b) as u32,

@@ -48,6 +48,17 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
             limits.push(Limit::refused(reason));
         }
     }
+    if let Some(cell) = &model.periodic {
+        if needs.discs || cell.periodic != [true; 3] {
+            limits.push(Limit::refused(
+                "a box that is periodic along some axes only (or in two dimensions): YADE's cells repeat along all three",
+            ));
+        } else if !model.walls.is_empty() {
+            limits.push(Limit::refused(
+                "walls in a box that is periodic along all axes: in YADE they would meet their own images",
+            ));
+        }
+    }
     if plan.law.tension && needs.normal_damping {
         limits.push(Limit::differs("the normal force never pulls: it is cut at 0 (ViscEl law)"));
     }
