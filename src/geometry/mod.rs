@@ -6,17 +6,21 @@ pub mod balls;
 pub mod bounds;
 pub mod cell;
 pub mod collide;
+pub mod cone;
 pub mod container;
 pub mod distance;
 pub mod grid;
+pub mod hollow;
 pub mod mass;
 pub mod mesh;
+pub mod outline;
 pub mod polyhedron;
 pub mod primitive;
 pub mod refine;
 pub mod region;
 #[cfg(test)]
 pub mod samples;
+pub mod shaped_container;
 pub mod united;
 pub mod visible;
 
