@@ -26,6 +26,8 @@ pub mod radius_expansion;
 pub mod random;
 pub mod random_apollonian;
 pub mod rearrange;
+pub mod replace;
+pub mod rigid;
 pub mod rods;
 #[cfg(test)]
 mod samples;
@@ -54,6 +56,7 @@ pub use placed::Placed;
 pub use radius_expansion::RadiusExpansion;
 pub use random::Random;
 pub use random_apollonian::RandomApollonian;
+pub use replace::Replace;
 
 use crate::clump::Clump;
 use crate::format::error::FormatError;
@@ -108,6 +111,8 @@ pub enum Method {
     Digital(Digital),
     /// Bodies of surface points that move along random unit vectors.
     ControlPoints(ControlPoints),
+    /// Spheres of equal volume, each replaced by its clump.
+    Replace(Replace),
     /// Where the user says.
     Placed(Placed),
 }
@@ -213,6 +218,20 @@ pub const METHODS: &[MethodEntry] = &[
         example: r#"packing.control_points = { points = 500, gravity = 1 }"#,
     },
     MethodEntry {
+        key: "random",
+        id: "P14",
+        summary: "containers of any outline: spheres, cones, polygons, closed surfaces, any of them with holes; for every method",
+        source: "PFC (Itasca), GENERATE with a filter",
+        example: r#"container.shape.hollow = { outside.sphere = { radius = "5 cm" }, holes = [{ sphere = { radius = "1 cm" } }] } # with packing.random or another"#,
+    },
+    MethodEntry {
+        key: "replace",
+        id: "P16",
+        summary: "spheres packed by another method, each replaced by a clump of equal volume and mass and relaxed, velocities zero every 5 steps",
+        source: "PFC (Itasca), clumps",
+        example: r#"packing.replace = { spheres.radius_expansion = { porosity = 0.5 } }"#,
+    },
+    MethodEntry {
         key: "placed",
         id: "",
         summary: "bodies one by one at places, angles and speeds of your own",
@@ -262,6 +281,7 @@ impl Method {
             Self::ForceBiased(_) => "force_biased",
             Self::Digital(_) => "digital",
             Self::ControlPoints(_) => "control_points",
+            Self::Replace(_) => "replace",
             Self::Placed(_) => "placed",
         }
     }
@@ -282,6 +302,7 @@ impl Method {
             Self::ForceBiased(parameters) => parameters.validate(),
             Self::Digital(parameters) => parameters.validate(),
             Self::ControlPoints(parameters) => parameters.validate(),
+            Self::Replace(parameters) => parameters.validate(),
             Self::Placed(parameters) => parameters.validate(),
         }
         .map_err(|fault| fault.under(self.key()))
@@ -328,7 +349,7 @@ pub fn pack(
         let allowed = "random, array or placed, or a box without `periodic`";
         return Err(Fault::new(method.key(), problem, allowed).into());
     }
-    let mut laid = match method {
+    let laid = match method {
         Method::Random(parameters) => parameters.lay(grains, families, region, seed, job),
         Method::Array(parameters) => parameters.lay(grains, region, seed, job),
         Method::Apollonian(parameters) => parameters.lay(grains, region, seed, job),
@@ -342,13 +363,24 @@ pub fn pack(
         Method::ForceBiased(parameters) => parameters.lay(grains, region, seed, job),
         Method::Digital(parameters) => parameters.lay(grains, region, seed, job),
         Method::ControlPoints(parameters) => parameters.lay(grains, region, seed, job),
+        Method::Replace(parameters) => {
+            return Ok(measured(
+                parameters.lay(grains, families, region, seed, job)?,
+                grains,
+                region,
+            ));
+        }
         Method::Placed(parameters) => parameters.lay(grains, families, region),
     }?;
+    Ok(measured(laid, grains, region))
+}
+
+fn measured(mut laid: Laid, grains: &[Grain], region: &Region) -> Packing {
     laid.placements.sort_by_key(|placement| placement.grain);
     laid.dropped.sort_unstable();
     let measures = measure::measure(&laid.placements, grains, region);
     let Laid { placements, dropped, outcome } = laid;
-    Ok(Packing { placements, dropped, outcome, measures })
+    Packing { placements, dropped, outcome, measures }
 }
 
 /// Places grains one by one where there is no container. The porosity is that
