@@ -5,6 +5,9 @@
 //! holds the other, exactly ([`Collider`]); how far apart or how deep, by the signed distance to the other surface
 //! at vertices and [`POINTS`] points more on each, both ways, so that gaps come out a little too large and
 //! depths a little too small. O(near pairs · points · log triangles).
+//!
+//! The core solid fraction is the share of random points inside a body, among those that
+//! keep two mean diameters from the walls and lie below three quarters of the centres.
 
 use super::forms::{Form, Forms};
 use super::random::Test;
@@ -29,6 +32,8 @@ pub struct Report {
     pub wall_gap: f64,
     /// Smallest equivalent diameter of a body, m.
     pub diameter: f64,
+    /// Solid fraction of the core and its standard error; `None` where the container has no core.
+    pub core: Option<(f64, f64)>,
 }
 
 impl fmt::Display for Report {
@@ -45,6 +50,9 @@ impl fmt::Display for Report {
         }
         if self.overlapping == 0 && self.least_gap.is_finite() {
             write!(f, ", least gap {:.3e} m", self.least_gap)?;
+        }
+        if let Some((fraction, error)) = self.core {
+            write!(f, "; core solid fraction {fraction:.4} ± {error:.4}")?;
         }
         if self.wall_gap < -1e-9 * self.diameter {
             let depth = -self.wall_gap;
@@ -99,6 +107,7 @@ pub fn check(
         overlapping: 0,
         wall_gap: f64::INFINITY,
         diameter: forms.smallest(),
+        core: None,
     };
     let mut grid = BallGrid::new(
         placements
@@ -124,7 +133,61 @@ pub fn check(
         let number = grid.insert(at.0, shaped.radius);
         debug_assert_eq!(number as usize, index);
     }
+    let holds = |number: u32, point: &Vec3| {
+        let laid = &placements[number as usize];
+        let local = laid.orientation.inverse_transform_vector(&(point - laid.position));
+        let form = forms.of[laid.grain as usize] as usize;
+        match (&forms.distinct[form].form, &ready[form]) {
+            (Form::Balls(balls), _) => {
+                balls.iter().any(|ball| (local - ball.centre).norm() < ball.radius)
+            }
+            (_, Some(ready)) => ready.distance.at(&local) < 0.0,
+            _ => false,
+        }
+    };
+    let mut heights: Vec<f64> =
+        placements.iter().map(|laid| laid.position[region.dimension() - 1]).collect();
+    heights.sort_by(f64::total_cmp);
+    let diameters = placements.iter().map(|laid| forms.shaped(laid.grain as usize).diameter);
+    let margin = 2.0 * diameters.sum::<f64>() / placements.len().max(1) as f64;
+    if let Some(top) = heights.get(heights.len() * 3 / 4) {
+        report.core = core(region, margin, *top, seed, |point| {
+            !grid.near(point, 0.0, |number, _| !holds(number, point))
+        });
+    }
     report
+}
+
+/// Random points that the core solid fraction is taken from.
+const CORE: u32 = 20_000;
+
+fn core(
+    region: &Region,
+    margin: f64,
+    top: f64,
+    seed: u64,
+    mut solid: impl FnMut(&Vec3) -> bool,
+) -> Option<(f64, f64)> {
+    let up = region.dimension() - 1;
+    let mut bounds = region.bounds().grown(-margin);
+    bounds.high[up] = top;
+    if (0..=up).any(|axis| bounds.low[axis] >= bounds.high[axis]) {
+        return None;
+    }
+    let mut source = stream(seed, "pack.core", 0);
+    let (mut inside, mut found) = (0_u32, 0_u32);
+    for _ in 0..CORE {
+        let point = region.sample_within(&bounds, &mut source)?;
+        if region.clearance(&point) >= margin {
+            inside += 1;
+            found += u32::from(solid(&point));
+        }
+    }
+    // Too few points, or none, say nothing.
+    (inside >= CORE / 100).then(|| {
+        let share = f64::from(found) / f64::from(inside);
+        (share, (share * (1.0 - share) / f64::from(inside)).sqrt())
+    })
 }
 
 fn to_wall(form: &Form, ready: Option<&Ready>, at: &Place, region: &Region) -> f64 {
