@@ -228,7 +228,7 @@ mod tests {
         let region = OutlineRegion::new(square(0.0, 4.0), vec![square(1.0, 2.0)]).expect("a ring");
         assert_eq!(region.area(), 15.0);
         let at = |x: f64, y: f64| region.clearance(&Vec3::new(x, y, 0.0), false);
-        assert_eq!((at(0.25, 2.0), at(1.5, 1.6), at(5.0, 2.0)), (0.25, -0.4, -1.0));
+        assert_eq!((at(0.25, 2.0), at(1.5, 1.75), at(5.0, 2.0)), (0.25, -0.25, -1.0));
         assert!((at(2.3, 2.4) - 0.5).abs() < 1e-12);
         for (name, wall) in region.walls() {
             let Surface::Mesh(mesh) = wall else { panic!("{name}") };

@@ -492,9 +492,9 @@ mod tests {
 
     #[test]
     fn gravity_lowers_the_bed_and_points_inside_bring_bodies_closer() {
-        let clumps = vec![sphere(0.1, 3); 40];
+        let clumps = vec![sphere(0.1, 3); 16];
         let grains = of(&clumps);
-        let region = room(&[0.7, 0.7, 1.6]);
+        let region = room(&[0.9, 0.9, 1.8]);
         let mean = |packing: &Packing| {
             let sum: f64 = packing.placements.iter().map(|p| p.position.z).sum();
             sum / packing.placements.len() as f64

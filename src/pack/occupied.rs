@@ -44,6 +44,8 @@ pub struct Occupied<'a> {
     /// Of each grain; empty when clumps are tested.
     bodies: Vec<Body>,
     room: Option<SolidRoom<'a>>,
+    /// Length that all colliders are made with, m.
+    unit: f64,
     /// Largest distance of any point of each grain from its centre of mass.
     radii: Vec<f64>,
     /// Size of each grain over the wanted one.
@@ -69,6 +71,7 @@ impl<'a> Occupied<'a> {
             gap,
             bodies: Vec::new(),
             room: None,
+            unit: 1.0,
             radii,
             scales: vec![1.0; grains.len()],
             grid,
@@ -114,7 +117,7 @@ impl<'a> Occupied<'a> {
         let room = Some(region.for_solids(unit));
         let scales = vec![1.0; grains.len()];
         let (cell, placed) = (region.cell(), Vec::new());
-        Self { grains, region, gap, bodies, room, radii, scales, grid, placed, cell }
+        Self { grains, region, gap, bodies, room, unit, radii, scales, grid, placed, cell }
     }
 
     /// Makes `grain`, which was not placed yet, `scale` times as large as it is wanted.
@@ -124,9 +127,8 @@ impl<'a> Occupied<'a> {
         let what = &self.grains[grain];
         if let (Some(Body::Solid(_)), Some(solid)) = (self.bodies.get(grain), what.solid) {
             let clump = what.clump;
-            let unit = self.radii.iter().copied().fold(0.0, f64::max);
             let in_body = |v: &Vec3| clump.axes.inverse() * (v - clump.centroid) * scale;
-            if let Some(collider) = Collider::new(&solid.mesh.mapped(in_body), unit) {
+            if let Some(collider) = Collider::new(&solid.mesh.mapped(in_body), self.unit) {
                 self.bodies[grain] = Body::Solid(Rc::new(collider));
             }
         }

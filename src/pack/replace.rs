@@ -152,9 +152,9 @@ mod tests {
 
     #[test]
     fn no_room_is_said() {
-        let balls = [-0.3, 0.0, 0.3].map(|x| Ball { centre: Vec3::new(x, 0.0, 0.0), radius: 0.1 });
-        let rods = vec![clump(balls.to_vec(), 0.03); 20];
-        let parameters = Replace { rounds: 60, ..Replace::default() };
+        let balls = [-0.3, 0.0, 0.3].map(|x| Ball { centre: Vec3::new(x, 0.0, 0.0), radius: 0.15 });
+        let rods = vec![clump(balls.to_vec(), 0.0424); 22];
+        let parameters = Replace { rounds: 20, ..Replace::default() };
         let packing = lay(&of(&rods), &room(&[1.2; 3]), parameters);
         assert!(!packing.outcome.contains("no overlap is above"), "{}", packing.outcome);
         assert!(packing.measures.worst_overlap > 1e-3);
