@@ -21,6 +21,7 @@ pub mod region;
 #[cfg(test)]
 pub mod samples;
 pub mod shaped_container;
+pub mod shared;
 pub mod united;
 pub mod visible;
 

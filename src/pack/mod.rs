@@ -5,6 +5,7 @@
 
 pub mod apollonian;
 pub mod array;
+pub mod bed;
 pub mod control_points;
 pub mod digital;
 mod dress;
@@ -22,6 +23,8 @@ pub mod pairs;
 pub mod penetration;
 pub mod placed;
 pub mod points;
+pub mod probe;
+pub mod radial;
 pub mod radius_expansion;
 pub mod random;
 pub mod random_apollonian;
@@ -34,7 +37,9 @@ mod samples;
 pub mod saturation;
 pub mod scatter;
 pub mod soft;
+pub mod solids;
 pub mod space;
+pub mod survey;
 mod target;
 pub mod touch_and_stop;
 pub mod voxels;
@@ -43,6 +48,7 @@ pub mod zones;
 
 pub use apollonian::Apollonian;
 pub use array::Array;
+pub use bed::{Bed, Push, Spheres};
 pub use control_points::ControlPoints;
 pub use digital::Digital;
 pub use drop_and_roll::DropAndRoll;
@@ -53,10 +59,12 @@ pub use growing::{PackingLimitedGrowth, SimultaneousGrowth};
 pub use measure::{Contacts, contacts_of};
 pub use moving_boundary::MovingBoundary;
 pub use placed::Placed;
+pub use probe::Probe;
 pub use radius_expansion::RadiusExpansion;
 pub use random::Random;
 pub use random_apollonian::RandomApollonian;
 pub use replace::Replace;
+pub use survey::Reading;
 
 use crate::clump::Clump;
 use crate::format::error::FormatError;
