@@ -258,7 +258,7 @@ mod tests {
         let shapes = [
             ("cone = { low_radius = 0.2, high_radius = 0.6, height = 1, open = ['top'] }", 0.5445),
             ("cone = { low_radius = 0.5, high_radius = 0, height = 1, axis = 'x' }", 0.2618),
-            ("sphere = { radius = 0.5, centre = [1, 2, 3] }", 0.5236),
+            ("sphere = { radius = 0.5, centre = [1, 2, 3] }", std::f64::consts::FRAC_PI_6),
             (
                 "hollow = { outside = { box = { size = [1, 1, 1], open = ['top'] } }, holes = [
                     { cylinder = { radius = 0.25, height = 2, base = [0.5, 0.5, -0.5] } } ] }",

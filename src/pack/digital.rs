@@ -230,7 +230,7 @@ impl Wanderers for Bed<'_> {
         let turn = self.parameters.orientation.draw(&self.grains[grain], dimension, source);
         let cells = self.cells(grain, &turn);
         let mut at = [0; 3];
-        for axis in 0..dimension {
+        for (axis, place) in at.iter_mut().enumerate().take(dimension) {
             let (low, high) = cells.extent(axis);
             let (mut first, last) = (1 - low, self.lattice.size[axis] - 1 - high);
             if axis == dimension - 1 && self.parameters.insertion == Insertion::Top {
@@ -240,7 +240,7 @@ impl Wanderers for Bed<'_> {
             if first > last {
                 return false;
             }
-            at[axis] = first + whole(source, 0, (last - first) as u64) as i32;
+            *place = first + whole(source, 0, (last - first) as u64) as i32;
         }
         if !self.lattice.is_free(&cells, at) {
             return false;
