@@ -6,7 +6,7 @@ use super::road::{Packed, Road, RoadError};
 use super::store::{self, Running};
 use crate::dem::{self, Observer};
 use crate::format::{self, FormatError, atomic, particles::Particles};
-use crate::model::{Break, Frame, Model, Outcome, Run, SeriesRow};
+use crate::model::{Break, Frame, Lost, Model, Outcome, Run, SeriesRow};
 use crate::num::clock::{peak_bytes, resident_bytes};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -175,7 +175,9 @@ impl Road {
     fn write_run(&self, running: &mut Running, model: &Model, run: &Run) -> Result<(), RoadError> {
         self.store.write(running, "run/run.json", |out| Ok(serde_json::to_writer(out, run)?))?;
         let needs = model.needs();
-        let columns = (needs.extra() || needs.drag, needs.bonds, model.plan.zero_every > 0);
+        let zeroing = model.plan.zero_every > 0;
+        let losing = model.plan.guard.lost == Lost::Remove;
+        let columns = (needs.extra() || needs.drag, needs.bonds, zeroing, losing);
         self.store
             .write(running, "run/series.csv", |out| write_series(out, &run.series, columns))?;
         if let (true, Some(breaks)) = (needs.bonds, &run.breaks) {
@@ -274,11 +276,11 @@ pub fn particles(model: &Model, frame: &Frame) -> Particles {
     }
 }
 
-/// `run/series.csv`; columns of extra forces, bonds and zeroed velocities where the scene has them.
+/// `run/series.csv`; columns of extra forces, bonds, zeroed velocities and lost bodies where the scene has them.
 fn write_series(
     out: &mut dyn Write,
     rows: &[SeriesRow],
-    (extra, bonds, zeroing): (bool, bool, bool),
+    (extra, bonds, zeroing, losing): (bool, bool, bool, bool),
 ) -> std::io::Result<()> {
     write!(
         out,
@@ -291,7 +293,8 @@ fn write_series(
     if bonds {
         write!(out, ",bond_elastic,bond_damping,bond_released,bonds")?;
     }
-    writeln!(out, "{}", if zeroing { ",zeroed" } else { "" })?;
+    write!(out, "{}", if zeroing { ",zeroed" } else { "" })?;
+    writeln!(out, "{}", if losing { ",lost,lost_energy" } else { "" })?;
     for r in rows {
         write!(
             out,
@@ -321,6 +324,9 @@ fn write_series(
         }
         if zeroing {
             write!(out, ",{:e}", r.zeroed)?;
+        }
+        if losing {
+            write!(out, ",{},{:e}", r.lost, r.lost_energy)?;
         }
         writeln!(out)?;
     }
