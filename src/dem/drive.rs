@@ -6,7 +6,7 @@ use super::setting::Setting;
 use super::state::{Load, State};
 use super::{
     DemError, Observer, Summary, averaged_motion, bond, checkpoint, extra, guard, ledger, limit,
-    lost, motion, neighbours, servo, zeroing,
+    lost, motion, neighbours, pushes, servo, zeroing,
 };
 use crate::model::{Cost, Model, Outcome, Scheme};
 use crate::num::{Job, Vec3, clock};
@@ -129,7 +129,7 @@ fn start(
     );
     (state.ledger.start, state.ledger.start_potential) = ledger;
     if guard::finite(&state) {
-        observer.frame(&state.frame(setting));
+        hand_over(setting, &state, observer, setting.model.plan.steps == 0);
         observer.row(&ledger::row(setting, &state));
     }
     (state, stopped)
@@ -255,6 +255,15 @@ pub(super) fn force_pass(
     state.ledger.wall_half += 0.5 * setting.step * turned;
 }
 
+/// A frame, and contact forces if they are wanted with it.
+fn hand_over(setting: &Setting<'_>, state: &State, observer: &mut dyn Observer, last: bool) {
+    let frame = state.frame(setting);
+    observer.frame(&frame);
+    if observer.wants_pushes(last) {
+        observer.pushes(&frame, pushes::pushes(setting, state));
+    }
+}
+
 /// Frames, rows and checkpoints that are due.
 fn record(
     setting: &Setting<'_>,
@@ -269,7 +278,7 @@ fn record(
     let plan = &setting.model.plan;
     let last = last || state.step == plan.steps;
     if last || state.step.is_multiple_of(plan.frame_every.max(1)) {
-        observer.frame(&state.frame(setting));
+        hand_over(setting, state, observer, last);
     }
     if last || state.step.is_multiple_of(plan.series_every.max(1)) {
         observer.row(&ledger::row(setting, state));

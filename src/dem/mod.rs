@@ -52,6 +52,7 @@ mod lost;
 mod motion;
 mod neighbours;
 mod network;
+mod pushes;
 mod rolling;
 mod servo;
 mod setting;
@@ -100,6 +101,7 @@ use crate::model::{
 };
 use crate::num::Job;
 use crate::num::entry::MethodEntry;
+use crate::pack::Push;
 
 /// Receives what a run produces, in rising time.
 pub trait Observer {
@@ -109,6 +111,12 @@ pub trait Observer {
     fn row(&mut self, row: &SeriesRow);
     /// A checkpoint that is due, or the last state of a cancelled run; feed it to [`simulate`] to go on from there.
     fn checkpoint(&mut self, bytes: &[u8]);
+    /// Whether contact forces are wanted with the frame that is due, the last one or another.
+    fn wants_pushes(&self, _last: bool) -> bool {
+        false
+    }
+    /// Contact forces of the frame that was handed over before, where they are wanted.
+    fn pushes(&mut self, _frame: &Frame, _pushes: Vec<Push>) {}
 }
 
 /// How a run ended.

@@ -17,6 +17,7 @@ pub mod refine;
 pub mod region;
 #[cfg(test)]
 pub mod samples;
+pub mod shared;
 pub mod united;
 pub mod visible;
 

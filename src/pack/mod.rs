@@ -5,6 +5,7 @@
 
 pub mod apollonian;
 pub mod array;
+pub mod bed;
 mod dress;
 pub mod drop_and_roll;
 pub mod explosive_repulsion;
@@ -17,6 +18,8 @@ pub mod moving_boundary;
 mod occupied;
 pub mod pairs;
 pub mod placed;
+pub mod probe;
+pub mod radial;
 pub mod radius_expansion;
 pub mod random;
 pub mod random_apollonian;
@@ -26,13 +29,16 @@ mod samples;
 pub mod saturation;
 pub mod scatter;
 pub mod soft;
+pub mod solids;
 pub mod space;
+pub mod survey;
 mod target;
 pub mod touch_and_stop;
 pub mod zones;
 
 pub use apollonian::Apollonian;
 pub use array::Array;
+pub use bed::{Bed, Push, Spheres};
 pub use drop_and_roll::DropAndRoll;
 pub use explosive_repulsion::ExplosiveRepulsion;
 pub use force_biased::ForceBiased;
@@ -41,9 +47,11 @@ pub use growing::{PackingLimitedGrowth, SimultaneousGrowth};
 pub use measure::{Contacts, contacts_of};
 pub use moving_boundary::MovingBoundary;
 pub use placed::Placed;
+pub use probe::Probe;
 pub use radius_expansion::RadiusExpansion;
 pub use random::Random;
 pub use random_apollonian::RandomApollonian;
+pub use survey::Reading;
 
 use crate::clump::Clump;
 use crate::format::error::FormatError;

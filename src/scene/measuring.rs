@@ -151,7 +151,7 @@ fn form(table: &Particles) -> Option<Descriptors> {
 }
 
 /// Body numbers made consecutive from 0, in order of appearance.
-fn numbered(bodies: &[u64]) -> Vec<u32> {
+pub(super) fn numbered(bodies: &[u64]) -> Vec<u32> {
     let mut known = std::collections::BTreeMap::new();
     bodies
         .iter()
