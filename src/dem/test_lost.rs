@@ -11,7 +11,7 @@ fn thrown(scheme: Scheme, lost: Lost) -> Model {
     model.domain = crate::geometry::Bounds { low: Vec3::repeat(-0.1), high: Vec3::repeat(0.1) };
     model.gravity = Vec3::new(0.0, 0.0, -9.81);
     let spin = Vec3::new(20.0, 0.0, 10.0);
-    add_sphere(&mut model, Vec3::x() * 0.05, RADIUS, Vec3::new(0.8, 0.0, 1.0), spin);
+    add_sphere(&mut model, Vec3::new(0.05, 0.0, 0.03), RADIUS, Vec3::new(0.8, 0.0, 1.0), spin);
     add_sphere(&mut model, Vec3::z() * 1.02 * RADIUS, RADIUS, Vec3::zeros(), spin);
     let up = Vec3::new(-0.9, 0.1, 0.8);
     add_clump(&mut model, Vec3::new(-0.06, 0.0, 0.03), Rotation::identity(), up, spin);
@@ -46,7 +46,7 @@ fn bodies_outside_stop_the_run_are_taken_out_or_go_on() {
             assert_eq!((state.velocity, state.spin), (Vec3::zeros(), Vec3::zeros()));
         }
         assert!(frame.bodies[1].position.z > 0.0 && frame.bodies[1].position.z < 2.0 * RADIUS);
-        assert!(last.lost_energy > 0.5 * out.series[0].kinetic);
+        assert!(last.lost_energy > 0.3 * out.series[0].kinetic);
 
         let on = run(&thrown(scheme, Lost::GoOn), &job).expect("a run");
         assert_eq!(on.outcome, Outcome::Finished);
