@@ -6,6 +6,7 @@
 pub mod apollonian;
 pub mod array;
 pub mod bed;
+pub mod compression;
 mod dress;
 pub mod drop_and_roll;
 pub mod explosive_repulsion;
@@ -39,6 +40,7 @@ pub mod zones;
 pub use apollonian::Apollonian;
 pub use array::Array;
 pub use bed::{Bed, Push, Spheres};
+pub use compression::Compression;
 pub use drop_and_roll::DropAndRoll;
 pub use explosive_repulsion::ExplosiveRepulsion;
 pub use force_biased::ForceBiased;
@@ -102,6 +104,8 @@ pub enum Method {
     MovingBoundary(MovingBoundary),
     /// The densest random packing of grains of given proportions.
     ForceBiased(ForceBiased),
+    /// Grains that our own DEM compresses to a stress, a porosity or a coordination number.
+    Compression(Compression),
     /// Where the user says.
     Placed(Placed),
 }
@@ -186,6 +190,13 @@ pub const METHODS: &[MethodEntry] = &[
         example: r#"packing.force_biased = { sizes = "densest" }"#,
     },
     MethodEntry {
+        key: "compression",
+        id: "DEM",
+        summary: "our own DEM compresses grains evenly to a stress, a porosity or a coordination number, with a friction of its own for dense or loose states",
+        source: "Cundall & Strack 1979; Thornton 2000",
+        example: r#"packing.compression = { until.stress = "10 kPa", friction = 0.5 }"#,
+    },
+    MethodEntry {
         key: "placed",
         id: "",
         summary: "bodies one by one at places, angles and speeds of your own",
@@ -233,6 +244,7 @@ impl Method {
             Self::ExplosiveRepulsion(_) => "explosive_repulsion",
             Self::MovingBoundary(_) => "moving_boundary",
             Self::ForceBiased(_) => "force_biased",
+            Self::Compression(_) => "compression",
             Self::Placed(_) => "placed",
         }
     }
@@ -251,6 +263,7 @@ impl Method {
             Self::ExplosiveRepulsion(parameters) => parameters.validate(),
             Self::MovingBoundary(parameters) => parameters.validate(),
             Self::ForceBiased(parameters) => parameters.validate(),
+            Self::Compression(parameters) => parameters.validate(),
             Self::Placed(parameters) => parameters.validate(),
         }
         .map_err(|fault| fault.under(self.key()))
@@ -309,6 +322,10 @@ pub fn pack(
         Method::ExplosiveRepulsion(parameters) => parameters.lay(grains, region, seed, job),
         Method::MovingBoundary(parameters) => parameters.lay(grains, region, seed, job),
         Method::ForceBiased(parameters) => parameters.lay(grains, region, seed, job),
+        Method::Compression(_) => {
+            let problem = "is done by the DEM, which this function stands before";
+            Err(Fault::new("compression", problem, "a scene, through its road"))
+        }
         Method::Placed(parameters) => parameters.lay(grains, families, region),
     }?;
     laid.placements.sort_by_key(|placement| placement.grain);
@@ -316,6 +333,11 @@ pub fn pack(
     let measures = measure::measure(&laid.placements, grains, region);
     let Laid { placements, dropped, outcome } = laid;
     Ok(Packing { placements, dropped, outcome, measures })
+}
+
+/// A fault for a porosity of `region` that no random packing of `grains` has.
+pub fn possible(grains: &[Grain], region: &Region, porosity: f64) -> Result<(), Fault> {
+    target::Target::of(grains, region, Some(porosity)).map(drop)
 }
 
 /// Places grains one by one where there is no container. The porosity is that
