@@ -2,7 +2,7 @@
 //!
 //! All grains grow by a small factor, then the DEM brings them to rest without gravity: 100 steps at a time, at half
 //! the step limit, with local damping 0.7 (Cundall), the contacts of the scene and the friction of the preparation.
-//! Velocities and tangential springs start from zero in every 100 steps, as in a run that starts from the packing. Stress:
+//! Tangential springs start from zero in every 100 steps, as in a run that starts from the packing. Stress:
 //! p = Σ f·l / (d V) over all contacts, l from the centre of a grain to the contact. If a step of growth e passes the
 //! target, the state before is taken again and e made smaller by interpolation, so that nothing is ever
 //! unloaded. At the end friction becomes that of the scene, and grains come to rest again.
@@ -182,7 +182,8 @@ impl<'a> Press<'a> {
         self.solid * self.scale.powi(self.model.dimension.count() as i32) / self.volume
     }
 
-    /// Runs 100 steps at a time until forces balance, or nothing carries load (unless `patient`).
+    /// Runs 100 steps at a time until forces balance. Unless `patient`, it ends sooner where hardly anything
+    /// carries load yet, and where the target is far behind.
     fn settle(&mut self, patient: bool) -> Result<Look, DemError> {
         let mut look = Look::default();
         for round in 0..LOOKS {
@@ -190,8 +191,15 @@ impl<'a> Press<'a> {
                 break;
             }
             look = self.steps()?;
-            let loose = look.coordination < 1.0 && round > 0;
-            if look.unbalanced <= self.wanted.balance || (loose && !patient) {
+            let (loose, beyond) = match self.wanted.until {
+                Until::Stress(stress) => {
+                    (look.stress < 0.1 * stress.0, look.stress > 5.0 * stress.0)
+                }
+                Until::Porosity(_) => (true, false),
+                Until::Coordination(_) => (look.worst < 1e-5, false),
+            };
+            let hasty = !patient && ((loose && round > 0) || (beyond && round > 3));
+            if look.unbalanced <= self.wanted.balance || hasty {
                 break;
             }
         }
@@ -220,6 +228,7 @@ impl<'a> Press<'a> {
         }
         for (body, state) in self.model.bodies.iter_mut().zip(&frame.bodies) {
             (body.position, body.orientation) = (state.position, state.orientation);
+            (body.velocity, body.spin) = (state.velocity, state.spin);
         }
         Ok(self.look(&frame, last.pushes))
     }
@@ -290,8 +299,13 @@ impl<'a> Press<'a> {
         let mut growth = GROWTH;
         let mut look = self.settle(false)?;
         while self.left > 0 && growth > LEAST && !self.job.is_cancelled() {
-            if of(&look) >= low && look.unbalanced <= self.wanted.balance {
-                return Ok(look);
+            if of(&look) >= low {
+                if look.unbalanced > self.wanted.balance {
+                    look = self.settle(true)?;
+                }
+                if of(&look) >= low {
+                    return Ok(look);
+                }
             }
             let before = (self.model.clone(), self.scale, look);
             self.grow(1.0 + growth);
@@ -325,7 +339,16 @@ impl<'a> Press<'a> {
         };
         let steps = self.wanted.steps - self.left;
         Compressed {
-            states: self.model.bodies.iter().map(crate::model::Body::state).collect(),
+            states: self
+                .model
+                .bodies
+                .iter()
+                .map(|body| BodyState {
+                    velocity: Vec3::zeros(),
+                    spin: Vec3::zeros(),
+                    ..body.state()
+                })
+                .collect(),
             scale: self.scale,
             stress: look.stress,
             coordination: look.coordination,
