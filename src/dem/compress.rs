@@ -140,7 +140,8 @@ impl<'a> Press<'a> {
             (body.velocity, body.spin) = (Vec3::zeros(), Vec3::zeros());
         }
         let plan = &mut model.plan;
-        plan.guard = Guard { overlap: 0.0, travel: 0.0, gain: 0.0, shaking: 0.0 };
+        plan.guard =
+            Guard { overlap: 0.0, travel: 0.0, gain: 0.0, shaking: 0.0, ..Guard::default() };
         plan.insist = true;
         (plan.zero_every, plan.checkpoint_every) = (0, 0);
         let left = wanted.steps;
