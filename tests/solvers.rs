@@ -1,8 +1,9 @@
 //! Decks run in the real solvers and held against closed forms and each other.
 //! A solver that is not installed is skipped, and the test says so.
 
+use riprap::clump;
 use riprap::dem;
-use riprap::geometry::{Bounds, Cell, Mesh};
+use riprap::geometry::{Bounds, Cell, Container, Mesh};
 use riprap::model::extra::{Bridge, Cohesion, PairForces, Rolling};
 use riprap::model::{
     Body, BodyState, Contact, ContactTable, Dimension, Extra, Lost, Material, Model, Motion,
