@@ -150,7 +150,7 @@ fn one_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace, owed
         return false;
     }
     state.ledger.add_half();
-    if motion::advance(setting, state, owed) | state.bonds.take_changed() {
+    if motion::advance(setting, state, &work.crew, owed) | state.bonds.take_changed() {
         neighbours::rebuild(setting, state);
     }
     force_pass(setting, state, work, false);

@@ -25,7 +25,7 @@ pub struct Setting<'a> {
     pub gravity: Vec3,
     /// Time step, s.
     pub step: f64,
-    /// Distance added to the range of candidate lists, m.
+    /// Distance added to the range of the first candidate lists, m.
     pub skin: f64,
     /// Arrays that contacts keep.
     pub kept: Kept,
@@ -120,6 +120,11 @@ impl<'a> Setting<'a> {
         &self.table[a as usize * self.materials + b as usize]
     }
 
+    /// Parameters between all spheres, where there is one material.
+    pub fn only_law(&self) -> Option<Contact> {
+        (self.materials == 1).then(|| self.table[0])
+    }
+
     /// The same with the stiffness of attraction and rolling added, for the step limit.
     pub fn stiff_pair(&self, a: u16, b: u16) -> &Contact {
         &self.stiff[a as usize * self.materials + b as usize]
@@ -198,8 +203,10 @@ pub fn wall_spin(motion: &Motion) -> Vec3 {
     }
 }
 
-/// 0.15 of the median radius: flat optimum for beds (0.1) and flows (0.2).
+/// Skin of the first lists over the median radius: flat optimum for beds (0.05) and flows (0.2).
+pub const FIRST_SKIN: f64 = 0.15;
+
 fn skin(model: &Model) -> f64 {
     let radii: Vec<f64> = model.spheres.iter().map(|sphere| sphere.radius).collect();
-    0.15 * crate::num::statistics::median(&radii).unwrap_or(0.0)
+    FIRST_SKIN * crate::num::statistics::median(&radii).unwrap_or(0.0)
 }
