@@ -37,6 +37,7 @@ pub fn list(arguments: &List, screen: &Screen) -> Result<(), Ending> {
         Kind::Shapes,
         Kind::Clumps,
         Kind::Packings,
+        Kind::Measures,
         Kind::Contacts,
         Kind::Solvers,
         Kind::Formats,
@@ -65,6 +66,7 @@ fn lines(kind: Kind) -> Vec<Line> {
         Kind::Shapes => entries("shape", shape::METHODS),
         Kind::Clumps => entries("clump", clump::METHODS),
         Kind::Packings => entries("packing", pack::METHODS),
+        Kind::Measures => entries("measure", pack::survey::METHODS),
         Kind::Contacts => entries("contact", dem::METHODS),
         Kind::Solvers => solver::all()
             .into_iter()

@@ -16,7 +16,7 @@
 use super::forces::Field;
 #[cfg(target_arch = "x86_64")]
 use super::lanes::{Eight, Four};
-use super::lanes::{Line, Plain, Triple, Wide};
+use super::lanes::{Lanes, Line, Plain, Triple, Wide};
 use super::law::{Approach, BookView, Kind, Parameters, Past, Response, Tally, respond, softness};
 use super::state::Load;
 use crate::model::History;
@@ -424,7 +424,10 @@ fn approach<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
             rows[l] = L::difference(L::row(ours[l].line()), L::row(theirs[l].line()));
         }
         let [x, y, z, _, u, v, w, _] = L::columns(rows);
-        let (between, mut velocity) = (Triple { x, y, z }, Triple { x: u, y: v, z: w });
+        let (mut between, mut velocity) = (Triple { x, y, z }, Triple { x: u, y: v, z: w });
+        if setting.needs.periodic {
+            between = nearest(between, &setting.edges);
+        }
         let radii = if MIXED {
             [L::load(&ours.map(|ball| ball.radius)), L::load(&theirs.map(|ball| ball.radius))]
         } else {
@@ -460,6 +463,17 @@ fn approach<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
         }
         scratch.velocity.set(at, velocity);
     }
+}
+
+/// Ways between spheres in a periodic box with these edges as those to the nearest images, m.
+#[inline(always)]
+fn nearest<L: Lanes>(way: Triple<L>, edges: &Vec3) -> Triple<L> {
+    let along = |way: L, edge: f64| {
+        let (edge, half, zero) = (L::splat(edge), L::splat(0.5 * edge), L::splat(0.0));
+        let back = L::pick(way.below(-half), edge, zero);
+        way + L::pick(half.below(way), -edge, back)
+    };
+    Triple { x: along(way.x, edges.x), y: along(way.y, edges.y), z: along(way.z, edges.z) }
 }
 
 /// Second sweep: the law; the book's entries begin at `base`.

@@ -503,8 +503,21 @@ pub fn carry<L: Lanes, K: Kind>(rule: &Rule, approach: &Approach<L>, old: &Past<
 pub fn rescale<L: Lanes>(old: Triple<L>, n: Triple<L>) -> Triple<L> {
     let flat = old - n * old.dot(n);
     let (was, is) = (old.dot(old), flat.dot(flat));
-    let stretch = (was / is).sqrt();
-    flat * L::pick(L::splat(0.0).below(is), stretch, L::splat(1.0))
+    let one = L::splat(1.0);
+    let ratio = was / is;
+    // √(1 + d): d is the square of the angle turned through in a step, and four terms have all
+    // digits below 1e-3. A root costs as much as all else here.
+    let d = ratio - one;
+    let small = d.abs().below(L::splat(1e-3));
+    let series = L::splat(0.0625) - L::splat(5.0 / 128.0) * d;
+    let series = one + d * (L::splat(0.5) - d * (L::splat(0.125) - d * series));
+    let is_there = L::splat(0.0).below(is);
+    let mut stretch = L::pick(small, series, one);
+    let large = L::both(is_there, L::not(small));
+    if L::any(large) {
+        stretch = L::pick(large, ratio.sqrt(), stretch);
+    }
+    flat * L::pick(is_there, stretch, one)
 }
 
 /// What the Coulomb limit leaves.

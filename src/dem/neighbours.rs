@@ -14,19 +14,25 @@
 //! gap may be larger by twice the way w of half a step, and a sphere must be within
 //! s/2 + w of where it was at the build at both ends of the step.
 //! The skin follows the motion: see [`next_skin`].
+//! In a periodic box bodies are brought home first, each sphere also looks from its images near
+//! the other side, and a pair is listed at its nearest image only.
 //! Tangential springs go over to the new lists by the spheres' numbers.
 //! O(N log N) time, O(N) memory. Cannot fail: positions that are not finite
 //! land in some cell and are caught by the guard.
 
 use super::law::{Book, Record};
-use super::setting::{FIRST_SKIN, Setting};
+use super::setting::{FIRST_SKIN, MOST_SKIN, Setting};
 use super::state::{Ball, List, State};
 use super::surface;
+use crate::geometry::Cell;
 use crate::model::Scheme;
 use crate::num::Vec3;
 
 /// More levels than any range of sizes needs (2^40).
 const LEVELS: u32 = 40;
+
+/// Rows of cells side by side in a column.
+const WIDE: usize = 8;
 
 /// Builds all lists anew.
 pub fn rebuild(setting: &Setting<'_>, state: &mut State) {
@@ -34,6 +40,9 @@ pub fn rebuild(setting: &Setting<'_>, state: &mut State) {
     let memory = Memory::of(state);
     if state.rebuilds > 0 {
         state.skin = next_skin(setting, state);
+    }
+    if let Some(cell) = &setting.model.periodic {
+        bring_home(setting, state, cell);
     }
     state.sweep = sweep(setting, state);
     let grid = Grid::new(&state.balls, &state.order, state.skin);
@@ -48,17 +57,47 @@ pub fn rebuild(setting: &Setting<'_>, state: &mut State) {
     state.rebuilds += 1;
 }
 
-/// The skin that costs least if spheres go on as they went since the last build, m. With skin s
-/// lasting for n steps of time t each, a pair in it costs 0.2 t and there are 5 s/r such pairs a sphere
-/// (r the median radius; measured in beds); a build costs 15 t. The sum of both, s/r + 15/n
-/// with n proportional to s, is least at s = √(15 r s'/n') where s' lasted for n' steps.
+/// The skin that costs least if spheres go on as they went since the last build, m. Where the
+/// farthest goes v a step, a skin s lasts for n = s/(2 v) steps of time t each; a pair in it costs 0.2 t and
+/// there are 5 s/r such pairs a sphere (r the median radius; measured in beds); a build costs
+/// 15 t. The sum of both a step, s/r + 15/n, is least at s = √(30 v r).
 /// Within 0.02 r and 0.3 r, and a factor of 2.
 fn next_skin(setting: &Setting<'_>, state: &State) -> f64 {
     let lasted = (state.step - state.built_at).max(1) as f64;
+    let ways = state.balls.iter().zip(&state.built).map(|(ball, built)| ball.place - built);
+    let far = ways.map(|way| way.norm_squared()).fold(0.0, f64::max).sqrt();
+    let time = |step: u64| step as f64 * setting.step;
+    let walls = setting.wall_travel(time(state.built_at), time(state.step));
     let radius = setting.skin / FIRST_SKIN;
-    let best = (15.0 * radius * state.skin / lasted).sqrt();
+    let best = (15.0 * radius * walls.max(2.0 * far) / lasted).sqrt();
     let near = best.clamp(0.5 * state.skin, 2.0 * state.skin);
-    near.clamp(0.02 * radius, 0.3 * radius)
+    near.clamp(0.02 * radius, MOST_SKIN * radius)
+}
+
+/// Moves bodies whose centre of mass has left a periodic box to their image in it.
+fn bring_home(setting: &Setting<'_>, state: &mut State, cell: &Cell) {
+    let bodies = &setting.model.bodies;
+    let mut carried = 0.0;
+    for ball in state.balls.iter_mut().filter(|ball| ball.alone) {
+        let way = cell.home(&ball.place);
+        ball.place += way;
+        carried += bodies[ball.body as usize].mass * setting.gravity.dot(&way);
+    }
+    for solid in &mut state.solids {
+        let way = cell.home(&solid.place);
+        if way == Vec3::zeros() {
+            continue;
+        }
+        solid.place += way;
+        let body = &bodies[solid.body as usize];
+        carried += body.mass * setting.gravity.dot(&way);
+        for sphere in body.first_sphere..body.first_sphere + body.sphere_count {
+            state.balls[state.slot[sphere as usize] as usize].place += way;
+        }
+    }
+    if carried.is_finite() {
+        state.ledger.carried += carried;
+    }
 }
 
 /// Farthest that a sphere goes in half a step, and a wall, m; only where contacts are
@@ -177,7 +216,23 @@ impl Level {
 
     fn cell_of(&self, place: &Vec3) -> u32 {
         let [x, y, z] = [0, 1, 2].map(|axis| self.along(axis, place[axis]));
-        (x + self.size[0] * (y + self.size[1] * z)) as u32
+        (x + self.row(y, z)) as u32
+    }
+
+    /// First cell of a row along x. Rows are numbered upwards in columns of [`WIDE`] rows, so that
+    /// what lies above is near in memory too.
+    fn row(&self, y: usize, z: usize) -> usize {
+        let first = y / WIDE * WIDE;
+        let wide = WIDE.min(self.size[1] - first);
+        self.size[0] * (first * self.size[2] + z * wide + y - first)
+    }
+
+    /// Whether the box between two corners meets the cells.
+    fn meets(&self, low: &Vec3, high: &Vec3) -> bool {
+        (0..3).all(|axis| {
+            let end = self.low[axis] + self.cell * self.size[axis] as f64;
+            low[axis] <= end && high[axis] >= self.low[axis]
+        })
     }
 
     /// Slots in the cells between two corners, as runs of consecutive slots.
@@ -186,7 +241,7 @@ impl Level {
         let to: [usize; 3] = std::array::from_fn(|axis| self.along(axis, high[axis]));
         for z in from[2]..=to[2] {
             for y in from[1]..=to[1] {
-                let row = self.size[0] * (y + self.size[1] * z);
+                let row = self.row(y, z);
                 visit(self.start[row + from[0]], self.start[row + to[0] + 1]);
             }
         }
@@ -270,6 +325,7 @@ fn pairs(setting: &Setting<'_>, state: &State, grid: &Grid, memory: &[(u64, Reco
     let mut start = Vec::with_capacity(balls.len() + 1);
     let mut partner = Vec::with_capacity(4 * balls.len());
     start.push(0);
+    let images = setting.model.periodic.map(|cell| (cell, reach_of_images(balls, &cell, skin)));
     let bonded = |slot: usize, other: usize| {
         setting.needs.bonds
             && state.bonds.holds(&setting.bonds, state.order[slot], state.order[other])
@@ -281,12 +337,17 @@ fn pairs(setting: &Setting<'_>, state: &State, grid: &Grid, memory: &[(u64, Reco
                 for other in from.max(slot as u32 + 1)..to {
                     let there = &balls[other as usize];
                     let range = ball.radius + there.radius + skin;
-                    let near = (ball.place - there.place).norm_squared() < range * range;
+                    let between = ball.place - there.place;
+                    let near = between.norm_squared() < range * range
+                        && (images.is_none() || setting.shift(&between) == Vec3::zeros());
                     if near && ball.body != there.body && !bonded(slot, other as usize) {
                         partner.push(other);
                     }
                 }
             });
+        }
+        if let Some((cell, outside)) = &images {
+            from_images(setting, balls, grid, slot, skin, cell, *outside, &mut partner);
         }
         start.push(partner.len() as u32);
     }
@@ -303,6 +364,59 @@ fn pairs(setting: &Setting<'_>, state: &State, grid: &Grid, memory: &[(u64, Reco
         }
     }
     List { start, partner, book }
+}
+
+/// How far outside the box an image can lie that a sphere may touch, m.
+fn reach_of_images(balls: &[Ball], cell: &Cell, skin: f64) -> f64 {
+    let largest = balls.iter().map(|ball| ball.radius).fold(0.0, f64::max);
+    let sticking_out = balls.iter().map(|ball| cell.home(&ball.place)).zip(balls);
+    let farthest = sticking_out
+        .filter(|(way, _)| *way != Vec3::zeros())
+        .map(|(_, ball)| {
+            let over = (cell.bounds.low - ball.place).sup(&(ball.place - cell.bounds.high));
+            (0..3).filter(|a| cell.periodic[*a]).map(|a| over[a]).fold(0.0, f64::max)
+        })
+        .fold(0.0, f64::max);
+    // Bodies that are nowhere are for the guard.
+    let reach = 2.0 * largest + skin + farthest;
+    if reach.is_finite() { reach.min(cell.bounds.size().max()) } else { 0.0 }
+}
+
+/// Adds the partners of the images of a sphere. A pair is met at its nearest image only, so
+/// none is listed twice.
+#[allow(clippy::too_many_arguments)] // what one sphere's search needs
+fn from_images(
+    setting: &Setting<'_>,
+    balls: &[Ball],
+    grid: &Grid,
+    slot: usize,
+    skin: f64,
+    cell: &Cell,
+    outside: f64,
+    partner: &mut Vec<u32>,
+) {
+    let ball = &balls[slot];
+    cell.images(&ball.place, outside, |way| {
+        let image = ball.place + way;
+        for level in &grid.levels[grid.level[slot] as usize..] {
+            let reach = Vec3::repeat(ball.radius + level.reach + skin);
+            let (low, high) = (image - reach, image + reach);
+            if !level.meets(&low, &high) {
+                continue;
+            }
+            level.runs(&low, &high, |from, to| {
+                for other in from.max(slot as u32 + 1)..to {
+                    let there = &balls[other as usize];
+                    let range = ball.radius + there.radius + skin;
+                    let near = (image - there.place).norm_squared() < range * range;
+                    let nearest = || setting.shift(&(ball.place - there.place)) == way;
+                    if near && nearest() && ball.body != there.body {
+                        partner.push(other);
+                    }
+                }
+            });
+        }
+    });
 }
 
 fn planes(setting: &Setting<'_>, state: &State, time: f64, memory: &[(u64, Record)]) -> List {
@@ -340,14 +454,20 @@ fn faces(setting: &Setting<'_>, state: &State, time: f64, memory: &[(u64, Record
 
 /// Corners of triangle `face` at `time`, s.
 pub fn face_at(setting: &Setting<'_>, face: usize, time: f64) -> [Vec3; 3] {
-    let motion = setting.model.walls[setting.surfaces.wall[face] as usize].motion;
-    setting.surfaces.start[face].map(|corner| motion.place(&corner, time))
+    let wall = setting.surfaces.wall[face] as usize;
+    setting.surfaces.start[face].map(|corner| setting.wall_place(wall, &corner, time))
 }
 
 /// Corners of all triangles at `time`, s.
 pub fn faces_at(setting: &Setting<'_>, time: f64, faces: &mut Vec<[Vec3; 3]>) {
     faces.clear();
-    faces.extend((0..setting.surfaces.start.len()).map(|face| face_at(setting, face, time)));
+    let walls = 0..setting.model.walls.len();
+    let places: Vec<_> = walls.map(|wall| setting.wall_at(wall, time)).collect();
+    let surfaces = &setting.surfaces;
+    faces.extend(surfaces.start.iter().zip(&surfaces.wall).map(|(corners, wall)| {
+        let place = &places[*wall as usize];
+        corners.map(|corner| place(&corner))
+    }));
 }
 
 /// A list of what `find` finds for each ball, with remembered contacts.

@@ -5,6 +5,8 @@ use super::extra::Links;
 use super::lanes::Line;
 use super::law::Book;
 use super::ledger::Ledger;
+use super::lost::Leavers;
+use super::servo::Servo;
 use super::setting::Setting;
 use super::turn;
 use crate::model::{BodyState, Frame, Scheme};
@@ -18,7 +20,7 @@ use std::ops::AddAssign;
 pub struct Ball {
     /// Centre, m.
     pub place: Vec3,
-    /// Radius, m.
+    /// Radius, m; NaN of bodies that were taken out.
     pub radius: f64,
     /// Velocity, m/s.
     pub velocity: Vec3,
@@ -136,6 +138,10 @@ pub struct State {
     /// How far spheres and walls went in half a step when the lists were built, m;
     /// 0 where only the places of a force pass matter.
     pub sweep: f64,
+    /// Bodies that were taken out.
+    pub gone: Leavers,
+    /// Servo walls, one entry each wall; empty if there is none.
+    pub servos: Vec<Servo>,
     /// What changes of the bonds.
     pub bonds: Bonds,
     /// Pairs with forces besides the linear contact.
@@ -166,6 +172,11 @@ impl State {
             rebuilds: 0,
             skin: setting.skin,
             sweep: 0.0,
+            gone: Leavers::default(),
+            servos: match setting.needs.servo_walls {
+                true => vec![Servo::default(); model.walls.len()],
+                false => Vec::new(),
+            },
             bonds: Bonds::new(setting),
             links: Links::default(),
             ledger: Ledger::default(),
@@ -286,7 +297,7 @@ impl State {
     pub fn frame(&self, setting: &Setting<'_>) -> Frame {
         let model = setting.model;
         let slots = || self.slot.iter().map(|slot| *slot as usize);
-        Frame {
+        let mut frame = Frame {
             step: self.step,
             time: self.step as f64 * setting.step,
             centres: slots().map(|s| self.balls[s].place).collect(),
@@ -304,7 +315,9 @@ impl State {
                 })
                 .collect(),
             bodies: self.bodies(setting),
-        }
+        };
+        frame.bring_home(model);
+        frame
     }
 }
 

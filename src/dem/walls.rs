@@ -121,7 +121,7 @@ pub fn on_faces<K: Kind>(
     hits: &mut Vec<Hit>,
 ) {
     let ball = &field.balls[slot];
-    find_hits(field, ball, partners, hits);
+    find_hits(field, ball, partners, &book.touching[base..], hits);
     if K::FRICTION {
         if K::DAMPING {
             hand_over::<true>(field, partners, base, book, hits);
@@ -133,15 +133,16 @@ pub fn on_faces<K: Kind>(
         if !hit.touches && !book.touching[base + at] {
             continue;
         }
-        let wall =
-            &field.setting.model.walls[field.setting.surfaces.wall[*partner as usize] as usize];
+        let number = field.setting.surfaces.wall[*partner as usize] as usize;
+        let (wall, motion) =
+            (&field.setting.model.walls[number], &field.setting.walls[number].motion);
         let away = ball.place - hit.point;
         let distance = away.norm();
         let spot = Spot {
             normal: away * distance.recip(),
             distance,
-            velocity: wall.motion.velocity(&hit.point),
-            spin: wall_spin(&wall.motion),
+            velocity: motion.velocity(&hit.point),
+            spin: wall_spin(motion),
             material: wall.material,
             share: field.setting.share,
             touches: hit.touches,
@@ -151,11 +152,22 @@ pub fn on_faces<K: Kind>(
 }
 
 /// Closest points, and which triangles touch under the rule of [`surface`].
-fn find_hits(field: &Field<'_>, ball: &Ball, partners: &[u32], hits: &mut Vec<Hit>) {
+fn find_hits(
+    field: &Field<'_>,
+    ball: &Ball,
+    partners: &[u32],
+    touching: &[bool],
+    hits: &mut Vec<Hit>,
+) {
     let surfaces = &field.setting.surfaces;
     hits.clear();
     for (at, partner) in partners.iter().enumerate() {
-        let (point, feature) = surface::closest(&ball.place, &field.faces[*partner as usize]);
+        let corners = &field.faces[*partner as usize];
+        if !touching[at] && surface::misses(&ball.place, ball.radius, corners) {
+            hits.push(Hit { point: ball.place, touches: false, inherits: false });
+            continue;
+        }
+        let (point, feature) = surface::closest(&ball.place, corners);
         let near = (ball.place - point).norm_squared() <= ball.radius * ball.radius;
         let touches = near
             && surfaces.acts(*partner as usize, feature)

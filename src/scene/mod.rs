@@ -18,8 +18,10 @@ pub mod road;
 pub mod running;
 pub mod shipped;
 pub mod store;
+pub mod surveying;
 pub mod verdict;
 pub mod walls;
+pub mod watching;
 
 pub use file::{Loaded, SceneError};
 pub use parameters::Scene;

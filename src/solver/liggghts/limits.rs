@@ -3,7 +3,7 @@
 use super::values;
 use crate::geometry::Mesh;
 use crate::model::extra::{Cohesion, Rolling};
-use crate::model::{Arm, Coulomb, History, Model, PairForces, WallShape};
+use crate::model::{Arm, Coulomb, History, Lost, Model, Motion, PairForces, Scheme, WallShape};
 use crate::solver::mesh_check::{MeshFacts, inspect};
 use crate::solver::{Limit, finite};
 
@@ -39,6 +39,18 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
         limits.push(Limit::refused(
             "velocities set to zero every so many steps: LIGGGHTS would have to split its run, which repeats the set-up pass; settle in riprap first",
         ));
+    }
+    match plan.guard.lost {
+        Lost::Stop => {}
+        Lost::Remove if needs.clumps => limits.push(Limit::refused(
+            "clumps that are taken out where they leave the domain: fix rigid ends the run when it misses a sphere",
+        )),
+        Lost::Remove => limits.push(Limit::differs(
+            "bodies are taken out where they leave the simulation box, which is two radii larger than the domain, when lists are built",
+        )),
+        Lost::GoOn => limits.push(Limit::refused(
+            "bodies that go on outside the domain: LIGGGHTS deletes what leaves its box",
+        )),
     }
     if needs.bonds {
         limits.push(Limit::refused(
@@ -155,6 +167,30 @@ fn bodies(model: &Model, limits: &mut Vec<Limit>) {
 }
 
 fn walls(model: &Model, limits: &mut Vec<Limit>) {
+    if model.needs().periodic && !values::surfaces(model).is_empty() {
+        limits.push(Limit::refused(
+            "mesh walls, oblique planes and planes that move along their normal in a periodic box: LIGGGHTS takes no mesh that reaches over a periodic side",
+        ));
+    }
+    for wall in &model.walls {
+        match wall.motion {
+            Motion::Servo { .. } => limits.push(Limit::refused(format!(
+                "wall `{}` seeks a force: fix mesh/surface/stress/servo is a controller with gains of its own, which would move the wall in another way",
+                wall.name
+            ))),
+            Motion::Oscillate { phase: 0.0, .. } if model.plan.scheme != Scheme::Liggghts => {
+                limits.push(Limit::differs(format!(
+                    "wall `{}` is where the sum of its velocities times the step takes it: half a step's change of velocity off the sine",
+                    wall.name
+                )));
+            }
+            Motion::Oscillate { phase, .. } if phase != 0.0 => limits.push(Limit::refused(format!(
+                "wall `{}` oscillates from a phase that is not 0: fix move/mesh wiggle starts at 0",
+                wall.name
+            ))),
+            _ => {}
+        }
+    }
     for wall in &model.walls {
         let WallShape::Mesh { mesh } = &wall.shape else { continue };
         let facts = inspect(mesh);

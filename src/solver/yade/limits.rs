@@ -1,7 +1,7 @@
 //! What YADE 2023.02a cannot express or does in its own way.
 
 use super::{bonds, values};
-use crate::model::{Arm, Coulomb, History, Model, Scheme, WallShape};
+use crate::model::{Arm, Coulomb, History, Lost, Model, Scheme, WallShape};
 use crate::solver::{Limit, finite};
 
 /// Relative difference up to which moments of inertia count as equal.
@@ -30,6 +30,11 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
         limits
             .push(Limit::refused("velocities set to zero every so many steps, with rigid clumps"));
     }
+    if plan.guard.lost == Lost::Remove && (needs.clumps || needs.zeroing) {
+        limits.push(Limit::refused(
+            "bodies that are taken out where they leave the domain, with rigid clumps or velocities set to zero: riprap writes no such YADE deck",
+        ));
+    }
     limits.extend(bonds::limits(model));
     let refused = [
         (
@@ -46,6 +51,17 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
     for (there, reason) in refused {
         if there {
             limits.push(Limit::refused(reason));
+        }
+    }
+    if let Some(cell) = &model.periodic {
+        if needs.discs || cell.periodic != [true; 3] {
+            limits.push(Limit::refused(
+                "a box that is periodic along some axes only (or in two dimensions): YADE's cells repeat along all three",
+            ));
+        } else if !model.walls.is_empty() {
+            limits.push(Limit::refused(
+                "walls in a box that is periodic along all axes: in YADE they would meet their own images",
+            ));
         }
     }
     if plan.law.tension && needs.normal_damping {
