@@ -61,9 +61,9 @@ pub fn compress(
 ) -> Result<Compressed, DemError> {
     let mut press = Press::new(model, volume, solid, wanted, job);
     let mut reading = match wanted.until {
-        Until::Porosity(porosity) => press.to_porosity(porosity)?,
-        Until::Stress(stress) => press.to_value(stress.0, |reading| reading.stress)?,
-        Until::Coordination(number) => press.to_value(number, |reading| reading.coordination)?,
+        Until::Porosity(porosity) => press.reach_porosity(porosity)?,
+        Until::Stress(stress) => press.reach_value(stress.0, |reading| reading.stress)?,
+        Until::Coordination(number) => press.reach_value(number, |reading| reading.coordination)?,
     };
     press.set_friction(None);
     if press.left > 0 {
@@ -278,7 +278,7 @@ impl<'a> Press<'a> {
     }
 
     /// To a porosity: the growth is known beforehand.
-    fn to_porosity(&mut self, porosity: f64) -> Result<Look, DemError> {
+    fn reach_porosity(&mut self, porosity: f64) -> Result<Look, DemError> {
         let dimension = self.model.dimension.count() as f64;
         let way = ((1.0 - porosity) / self.fraction()).ln() / dimension;
         let parts = (way.abs() / GROWTH).ceil().max(1.0);
@@ -294,7 +294,7 @@ impl<'a> Press<'a> {
     }
 
     /// Until what `of` reads is the target.
-    fn to_value(&mut self, target: f64, of: fn(&Look) -> f64) -> Result<Look, DemError> {
+    fn reach_value(&mut self, target: f64, of: fn(&Look) -> f64) -> Result<Look, DemError> {
         let (low, high) =
             (target * (1.0 - self.wanted.tolerance), target * (1.0 + self.wanted.tolerance));
         let mut growth = GROWTH;
