@@ -115,6 +115,7 @@ fn empty(title: &str, dimension: Dimension, mass: f64) -> Model {
             Dimension::Three => -Vec3::z() * 9.81,
         },
         local_damping: 0.0,
+        periodic: None,
         domain: Bounds { low: Vec3::repeat(-1.0), high: Vec3::repeat(1.0) },
         plan: Plan {
             step: STEP,
