@@ -39,12 +39,14 @@ mod bond_law;
 mod bond_limit;
 mod checkpoint;
 mod contacts;
+mod crew;
 mod drive;
 mod extra;
 mod far;
 mod far_tree;
 mod forces;
 mod guard;
+mod lanes;
 mod law;
 mod ledger;
 pub mod limit;
@@ -182,7 +184,7 @@ pub fn simulate(
     drive::simulate(model, resume, job, observer)
 }
 
-/// Gap up to which pairs of spheres are listed, m.
+/// Gap up to which the first lists hold pairs of spheres, m.
 pub fn list_skin(model: &Model) -> f64 {
     setting::skin(model)
 }
