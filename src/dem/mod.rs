@@ -38,6 +38,7 @@ mod bond;
 mod bond_law;
 mod bond_limit;
 mod checkpoint;
+mod compress;
 mod contacts;
 mod crew;
 mod drive;
@@ -93,6 +94,7 @@ mod test_scenes;
 #[cfg(test)]
 mod test_servo;
 
+pub use compress::{Compressed, compress};
 pub use far::attraction;
 pub use far_tree::Pull;
 pub use limit::{Advice, advise};
