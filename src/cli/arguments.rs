@@ -192,14 +192,14 @@ pub struct Export {
     /// Scene and output folder.
     #[command(flatten)]
     pub scene: SceneOnly,
-    /// Solvers to write decks for, separated by commas.
+    /// Solvers to write decks for, separated by commas: liggghts, yade, lammps.
     #[arg(long, value_name = "SOLVERS", value_delimiter = ',', default_value = "liggghts,yade")]
     pub to: Vec<String>,
-    /// MPI ranks in the run script of LIGGGHTS. YADE runs on one thread: with more its last digits vary.
+    /// MPI ranks in the run scripts of LIGGGHTS and LAMMPS. YADE runs on one thread: with more its last digits vary.
     #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u16).range(1..))]
     pub ranks: u16,
-    /// Processor grid of LIGGGHTS, for example 2,2,1; its product is the number of ranks
-    /// (default: LIGGGHTS chooses).
+    /// Processor grid of LIGGGHTS and LAMMPS, for example 2,2,1; its product is the number of ranks
+    /// (default: they choose).
     #[arg(long, value_name = "X,Y,Z", value_parser = grid)]
     pub processors: Option<[usize; 3]>,
     /// Write a batch-queue script (job.slurm) too.

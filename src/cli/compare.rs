@@ -14,7 +14,14 @@ pub fn compare(arguments: &Compare, screen: &Screen) -> Result<(), Ending> {
     let mut road = Road::open(&scene.scene, scene.output.as_deref(), screen.job())?;
     let compared = road.compare(&solvers)?;
     screen.remarks(&mut road);
+    let asked = !arguments.with.is_empty();
+    for sentence in &compared.unable {
+        screen.warn(sentence);
+    }
     conclude(&road, &compared, screen)?;
+    if let Some(sentence) = compared.unable.first().filter(|_| asked) {
+        return Err(Ending::Solver(sentence.clone()));
+    }
     if solvers.is_empty() {
         let message = "no outside solver is installed; everything else is done";
         return Err(Ending::Solver(message.to_owned()));

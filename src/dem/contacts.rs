@@ -86,8 +86,10 @@ struct Common {
     /// Parameters and radius, if all spheres are alike.
     law: Contact,
     radius: f64,
-    /// Part of the overlap taken from the radius to give the lever arm.
+    /// Part of the overlap taken from the radius to give the lever arm of the torque.
     share: f64,
+    /// The same for the sliding velocity.
+    slide_share: f64,
     /// Whether spheres at overlap 0 touch.
     kiss: bool,
 }
@@ -138,8 +140,14 @@ fn block_anywhere<K: Kind, const AVX2: bool>(
     scratch: &mut Scratch,
 ) -> Tally {
     let (law, radius) = field.setting.alike.unwrap_or((NO_LAW, 0.0));
-    let common =
-        Common { rule: *field.rule, law, radius, share: field.setting.share, kiss: field.yade };
+    let common = Common {
+        rule: *field.rule,
+        law,
+        radius,
+        share: field.setting.share,
+        slide_share: field.setting.slide_share,
+        kiss: field.yade,
+    };
     part.outbox.clear();
     scratch.pulls.clear();
     scratch.pulls.resize(part.loads.len(), [[0.0; 4]; 2]);
@@ -325,7 +333,7 @@ fn law_loop<K: Kind, const MIXED: bool>(
     couple: &mut [Line],
     taken: &mut [Line],
 ) {
-    let Common { rule, law, radius, share, kiss } = *common;
+    let Common { rule, law, radius, share, slide_share, kiss } = *common;
     let rotated = K::HISTORY == History::Rotated;
     let count = between.len();
     let (moving, mine, theirs) = (&moving[..count], &mine[..count], &theirs[..count]);
@@ -345,16 +353,17 @@ fn law_loop<K: Kind, const MIXED: bool>(
         let unit = between * distance.recip();
         let overlap = sum - distance;
         let arms = [radius - share * overlap, reach - share * overlap];
+        let slides = [radius - slide_share * overlap, reach - slide_share * overlap];
         let mut spins = Vec3::zeros();
         let mut old = Record::default();
         if K::FRICTION {
             let mine = Vec3::new(mine[at][0], mine[at][1], mine[at][2]);
             if MIXED {
                 let theirs = Vec3::new(theirs[at][0], theirs[at][1], theirs[at][2]);
-                velocity += unit.cross(&(mine * arms[0] + theirs * arms[1]));
+                velocity += unit.cross(&(mine * slides[0] + theirs * slides[1]));
                 spins = mine + theirs;
             } else {
-                velocity += unit.cross(&mine) * arms[0];
+                velocity += unit.cross(&mine) * slides[0];
                 spins = mine;
             }
             old.spring = spring[at];

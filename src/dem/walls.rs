@@ -142,7 +142,7 @@ pub fn on_faces<K: Kind>(
             velocity: wall.motion.velocity(&hit.point),
             spin: wall_spin(&wall.motion),
             material: wall.material,
-            share: field.setting.share,
+            share: field.setting.wall_share,
             touches: hit.touches,
         };
         at_wall::<K>(field, slot, &spot, book, base + at, load, tally);

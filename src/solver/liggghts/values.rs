@@ -275,7 +275,7 @@ impl Script {
             cohesion: cohesion_model(model).unwrap_or(""),
             rolling: rolling_model(model).unwrap_or(""),
             drag: model.extra.drag,
-            processors: processors(model, options),
+            processors: options.processors_text(model),
             skin: SKIN * smallest_radius(model),
             points: points(model).len(),
             point_type: point_type(model),
@@ -295,24 +295,6 @@ impl Script {
             last: steps.max(1),
             report_every: (steps / 100).max(1),
             steps,
-        }
-    }
-}
-
-/// Text of the `processors` command; empty for one rank. Without a grid of the
-/// user's, the box is not cut across gravity, where the load is uneven.
-fn processors(model: &Model, options: &DeckOptions) -> String {
-    match options.processors {
-        Some(grid) => grid.map(|n| n.to_string()).join(" "),
-        None if options.ranks == 1 => String::new(),
-        None => {
-            let down = model.needs().gravity.then(|| model.gravity.iamax());
-            [0, 1, 2]
-                .map(|axis| {
-                    let flat = model.needs().discs && axis == 2;
-                    if Some(axis) == down || flat { "1" } else { "*" }
-                })
-                .join(" ")
         }
     }
 }
