@@ -2,7 +2,7 @@
 //! A solver that is not installed is skipped, and the test says so.
 
 use riprap::dem;
-use riprap::geometry::{Bounds, Mesh};
+use riprap::geometry::{Bounds, Cell, Mesh};
 use riprap::model::extra::{Bridge, Cohesion, PairForces, Rolling};
 use riprap::model::{
     Body, BodyState, Contact, ContactTable, Dimension, Extra, Material, Model, Motion, Outcome,
@@ -30,6 +30,7 @@ fn model(dimension: Dimension, contact: Contact) -> Model {
         mutual: None,
         local_damping: 0.0,
         domain: Bounds { low: Vec3::repeat(-0.02), high: Vec3::repeat(0.02) },
+        periodic: None,
         plan: Plan {
             step: 1e-6,
             reason: StepReason::Given,
@@ -290,11 +291,11 @@ fn twin_differences(solver: &dyn Solver, model: &Model) -> Option<[f64; 2]> {
     let [mut place, mut spin] = [0.0_f64; 2];
     for (a, b) in ours.frames.iter().zip(&theirs.frames) {
         for (x, y) in a.centres.iter().zip(&b.centres) {
-            place = place.max((x - y).norm() / largest);
+            place = place.max(model.way(x - y).norm() / largest);
         }
         let fastest = a.bodies.iter().map(|body| body.spin.norm()).fold(1e-300, f64::max);
         for (index, (x, y)) in a.bodies.iter().zip(&b.bodies).enumerate() {
-            place = place.max((x.position - y.position).norm() / largest);
+            place = place.max(model.way(x.position - y.position).norm() / largest);
             spin = spin.max((x.spin - y.spin).norm() / fastest);
             if model.bodies[index].sphere_count > 1 {
                 place = place.max(x.orientation.angle_to(&y.orientation));
@@ -791,5 +792,131 @@ fn forces_that_decks_cannot_say_are_refused() {
             limit.kind == LimitKind::Refused && limit.what.contains("liquid bridges")
         };
         assert!(limits.iter().any(refused), "{}", solver.key());
+    }
+}
+
+/// Spheres in a small box that meet across its sides; in LIGGGHTS on a floor, in YADE in a box
+/// that repeats itself along all axes.
+fn across_sides(scheme: Scheme) -> Model {
+    let mut model = model(Dimension::Three, CONTACT);
+    let bounds = Bounds { low: Vec3::zeros(), high: Vec3::new(5e-3, 5.5e-3, 6e-3) };
+    let all = scheme == Scheme::Yade;
+    model.periodic = Some(Cell { bounds, periodic: [true, true, all] });
+    model.domain = bounds;
+    (model.plan.scheme, model.plan.law) = (scheme, scheme.law());
+    if !all {
+        model.gravity = Vec3::new(3.0, 0.0, -9.81);
+        add_plane(&mut model, "floor", Vec3::zeros(), Vec3::z(), Motion::Still);
+    }
+    let spin = Vec3::new(100.0, -200.0, 50.0);
+    let spheres = [
+        ([0.9, 1.0, 1.3], [-0.5, 0.0, -0.1]),
+        ([3.5, 1.2, 1.5], [0.3, 0.1, 0.0]),
+        ([2.2, 4.4, 3.6], [0.2, 0.9, -0.6]),
+        ([4.6, 3.2, 1.2], [0.4, 0.3, 0.2]),
+    ];
+    for (place, velocity) in spheres {
+        add_sphere(&mut model, Vec3::from(place) * 1e-3, Vec3::from(velocity), spin);
+    }
+    model.plan.steps = 5000;
+    model
+}
+
+#[test]
+fn pairs_that_meet_across_a_periodic_side_agree() {
+    for (solver, scheme) in solver::all().into_iter().zip([Scheme::Liggghts, Scheme::Yade]) {
+        let model = across_sides(scheme);
+        let mut open = model.clone();
+        (open.periodic, open.domain) =
+            (None, Bounds { low: Vec3::repeat(-0.1), high: Vec3::repeat(0.1) });
+        let end = |model: &Model| {
+            let run = dem::run(model, &Job::quiet()).expect("a run");
+            run.frames.last().expect("frames").bodies[0].velocity
+        };
+        assert!((end(&model) - end(&open)).norm() > 0.1, "they meet across the side");
+        let Some(worst) = twin_differences(solver, &model) else { continue };
+        assert!(worst.iter().all(|worst| *worst < 1e-9), "{}: {worst:?}", solver.key());
+    }
+}
+
+/// LIGGGHTS keeps clumps whole across a side.
+#[test]
+fn clumps_cross_a_periodic_side_in_liggghts_like_our_own() {
+    let mut model = across_sides(Scheme::Liggghts);
+    model.bodies.clear();
+    model.spheres.clear();
+    let cell = model.periodic.as_mut().expect("periodic");
+    cell.bounds.high = Vec3::new(10e-3, 9e-3, 9e-3);
+    model.domain = cell.bounds;
+    let inertia = Vec3::new(1.1e-11, 1.4e-11, 1.9e-11);
+    let spin = Vec3::new(100.0, -200.0, 150.0);
+    add_clump(&mut model, Vec3::new(1.5e-3, 4e-3, 3e-3), Vec3::new(-0.6, 0.0, -0.4), spin, inertia);
+    add_sphere(&mut model, Vec3::new(7.5e-3, 4.3e-3, 1.5e-3), Vec3::new(0.3, 0.0, 0.0), -spin);
+    if let Some(worst) = twin_differences(solver::all()[0], &model) {
+        assert!(worst.iter().all(|worst| *worst < 1e-9), "{worst:?}");
+    }
+}
+
+/// One large triangle that stands for a plane.
+fn sheet(height: f64) -> WallShape {
+    let corner = |x: f64, y: f64| Vec3::new(x * 18e-3, y * 18e-3, height);
+    let vertices = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(0.0, 1.0)];
+    WallShape::Mesh { mesh: Mesh { vertices, triangles: vec![[0, 1, 2]] } }
+}
+
+#[test]
+fn walls_that_oscillate_agree_with_our_own() {
+    for (solver, scheme) in solver::all().into_iter().zip([Scheme::Liggghts, Scheme::Yade]) {
+        for mesh in [false, true] {
+            let mut model = model(Dimension::Three, CONTACT);
+            let motion = Motion::Oscillate {
+                amplitude: Vec3::new(0.3e-3, 0.1e-3, 0.2e-3),
+                frequency: 180.0,
+                // LIGGGHTS starts at 0.
+                phase: if scheme == Scheme::Yade { 0.7 } else { 0.0 },
+            };
+            add_plane(&mut model, "shaker", Vec3::zeros(), Vec3::z(), motion);
+            if mesh {
+                model.walls[0].shape = sheet(0.0);
+            }
+            let down = Vec3::new(0.05, 0.0, -0.2);
+            add_sphere(&mut model, Vec3::new(0.0, -1e-3, 1.01e-3), down, Vec3::y() * 40.0);
+            (model.plan.scheme, model.plan.law) = (scheme, scheme.law());
+            model.gravity = Vec3::new(0.0, 0.0, -80.0);
+            model.plan.steps = 6000;
+            let Some(worst) = twin_differences(solver, &model) else { continue };
+            let both = (solver.key(), mesh);
+            assert!(worst.iter().all(|worst| *worst < 1e-10), "{both:?}: {worst:?}");
+        }
+    }
+}
+
+#[test]
+fn a_servo_lid_on_a_heap_agrees_with_our_own() {
+    let [liggghts, yade, _] = solver::all();
+    for mesh in [false, true] {
+        let mut model = model(Dimension::Three, CONTACT);
+        (model.plan.scheme, model.plan.law) = (Scheme::Yade, Scheme::Yade.law());
+        let still = Vec3::zeros();
+        for angle in [0.1_f64, 2.2, 4.3] {
+            let at = Vec3::new(1.17e-3 * angle.cos(), 1.17e-3 * angle.sin(), 1.0e-3);
+            add_sphere(&mut model, at, still, still);
+        }
+        add_sphere(&mut model, Vec3::new(0.0, 0.0, 2.66e-3), still, still);
+        add_plane(&mut model, "floor", still, Vec3::z(), Motion::Still);
+        let motion = Motion::Servo { direction: -Vec3::z(), force: 0.2, speed: 0.1 };
+        add_plane(&mut model, "lid", Vec3::z() * 3.68e-3, -Vec3::z(), motion);
+        if mesh {
+            model.walls[1].shape = sheet(3.68e-3);
+        }
+        model.plan.steps = 6000;
+        let limits = liggghts.limits(&model);
+        let refused = |l: &solver::Limit| l.kind == LimitKind::Refused && l.what.contains("lid");
+        assert!(limits.iter().any(refused), "{limits:?}");
+        let ours = dem::run(&model, &Job::quiet()).expect("a run");
+        let load = ours.frames.last().expect("frames").forces[3].norm();
+        assert!(load < 0.1, "the heap carries the lid: {load} N are left");
+        let Some(worst) = twin_differences(yade, &model) else { return };
+        assert!(worst.iter().all(|worst| *worst < 1e-8), "{mesh}: {worst:?}");
     }
 }

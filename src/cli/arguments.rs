@@ -124,6 +124,8 @@ pub enum Kind {
     Clumps,
     /// Packing methods.
     Packings,
+    /// Measures of packings and runs.
+    Measures,
     /// Contact laws and schemes.
     Contacts,
     /// Outside solvers, and whether they are installed.
@@ -220,12 +222,26 @@ fn grid(text: &str) -> Result<[usize; 3], String> {
 /// `riprap compare`.
 #[derive(Debug, Args)]
 pub struct Compare {
-    /// Scene and output folder.
-    #[command(flatten)]
-    pub scene: SceneOnly,
+    /// Scene file (TOML); none with --all.
+    #[arg(required_unless_present = "all", conflicts_with = "all")]
+    pub scene: Option<PathBuf>,
+    /// Output folder (default: NAME.out beside the scene; with --all: riprap-matrix).
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
     /// Solvers to compare with, separated by commas (default: those installed).
     #[arg(long, value_name = "SOLVERS", value_delimiter = ',')]
     pub with: Vec<String>,
+    /// Run the built-in comparison matrix instead of a scene: some forty cases, each with its
+    /// scene, tolerance and reason, and one page of verdicts.
+    #[arg(long)]
+    pub all: bool,
+    /// With --all: only cases whose key holds this text.
+    #[arg(long, value_name = "TEXT", requires = "all")]
+    pub only: Option<String>,
+    /// Start all codes again from the same state every N steps of the scene and compare where
+    /// each segment ends, instead of one run that chaos parts.
+    #[arg(long, value_name = "N", conflicts_with = "all", value_parser = clap::value_parser!(u64).range(1..))]
+    pub lock_step: Option<u64>,
 }
 
 /// `riprap study`.
@@ -269,6 +285,48 @@ pub struct Measure {
     /// Solid that the files' spheres stand for, in the same frame: gives their errors against it.
     #[arg(long, value_name = "MESH")]
     pub against: Option<PathBuf>,
+    /// Middle of a measuring sphere, m; may be given several times, each with a --radius.
+    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<3>, requires = "radius", allow_hyphen_values = true)]
+    pub at: Vec<[f64; 3]>,
+    /// Its radius, m; one for all, or one for each.
+    #[arg(long, value_name = "R", requires = "at")]
+    pub radius: Vec<f64>,
+    /// Measure spheres in layers along the last axis, with radial distribution and stress.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub layers: Option<u16>,
+    /// Local measures: measuring spheres of this radius, m, side by side through the container.
+    #[arg(long, value_name = "R")]
+    pub field: Option<f64>,
+    /// Container of the spheres, m (default: the box in the file, or that around all spheres).
+    #[arg(long = "box", value_name = "XLO,YLO,ZLO,XHI,YHI,ZHI", value_parser = numbers::<6>, allow_hyphen_values = true)]
+    pub room: Option<[f64; 6]>,
+    /// Axes along which the container repeats, for example xy.
+    #[arg(long, value_name = "AXES")]
+    pub periodic: Option<String>,
+    /// Discs in the x-y plane instead of spheres.
+    #[arg(long)]
+    pub discs: bool,
+    /// Gap up to which bodies touch, m (default: 1e-6 of the median radius).
+    #[arg(long, value_name = "GAP")]
+    pub gap: Option<f64>,
+    /// Contact forces for the stress, as run/contacts.csv.
+    #[arg(long, value_name = "FILE")]
+    pub contacts: Option<PathBuf>,
+    /// Stiffness of springs, N/m: contact forces from overlaps, where there is no file of them.
+    #[arg(long, value_name = "KN", conflicts_with = "contacts")]
+    pub stiffness: Option<f64>,
+    /// Folder for tables (CSV), charts (SVG) and a page of all measures of spheres.
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+}
+
+/// Numbers separated by commas.
+fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    let all: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse()).collect();
+    all.ok()
+        .and_then(|all| <[f64; N]>::try_from(all).ok())
+        .filter(|all| all.iter().all(|x| x.is_finite()))
+        .ok_or_else(|| format!("{N} finite numbers with commas between"))
 }
 
 /// `riprap convert`.

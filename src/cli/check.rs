@@ -3,7 +3,7 @@
 use super::arguments::SceneOnly;
 use super::{Ending, Screen};
 use crate::scene::Loaded;
-use crate::scene::verdict::Verdict;
+use crate::scene::verdict::{Lists, Verdict};
 
 pub fn check(arguments: &SceneOnly, screen: &Screen) -> Result<(), Ending> {
     let loaded = Loaded::read(&arguments.scene)?;
@@ -37,11 +37,28 @@ fn text(v: &Verdict) -> String {
         ),
     );
     line("forecast", format!("{}, about {} on one thread", memory(v.memory), duration(v.seconds)));
+    line("lists", lists(&v.lists));
     line("needs", v.needs.join(", "));
     line("left out", v.left_out.join(", "));
     for note in &v.solvers {
         line("note", note.clone());
     }
+    text
+}
+
+fn lists(lists: &Lists) -> String {
+    let mut text = format!("cells of {:.3e} m", lists.cell);
+    if let Some(spheres) = lists.spheres_per_cell {
+        text.push_str(&format!(", {spheres:.2} spheres a cell on average"));
+    }
+    text.push_str(&format!("; skin {:.3e} m; ", lists.skin));
+    text.push_str(&match lists.steps_between {
+        Some(steps) => format!(
+            "at most about {} rebuilds, one every {steps} steps at the fastest speed expected",
+            lists.rebuilds
+        ),
+        None => "one build: nothing moves".to_owned(),
+    });
     text
 }
 

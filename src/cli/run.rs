@@ -51,6 +51,9 @@ pub fn summary(run: &Run) -> String {
             last.time, last.kinetic, last.coordination, last.worst_overlap, last.energy_error
         ));
     }
+    for note in &run.notes {
+        text.push_str(&format!("\n{note}"));
+    }
     text.push('\n');
     text
 }

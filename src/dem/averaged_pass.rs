@@ -137,7 +137,7 @@ pub fn pair<const FRICTION: bool, const DAMPING: bool>(
     tally: &mut Tally,
 ) -> Option<Push> {
     let (me, them) = (&field.balls[slot], &field.balls[other]);
-    let between = me.place - them.place;
+    let between = field.setting.way(me.place - them.place);
     let mut velocity = me.velocity - them.velocity;
     let square = between.norm_squared();
     let sum = me.radius + them.radius;
@@ -319,8 +319,8 @@ pub fn on_faces<const FRICTION: bool, const DAMPING: bool>(
             continue;
         }
         book.touching[base + at] |= hit.inherits;
-        let wall =
-            &field.setting.model.walls[field.setting.surfaces.wall[*partner as usize] as usize];
+        let number = field.setting.surfaces.wall[*partner as usize] as usize;
+        let wall = &field.setting.model.walls[number];
         let away = ball.place - hit.point;
         let mut before = away;
         if FRICTION {
@@ -333,7 +333,7 @@ pub fn on_faces<const FRICTION: bool, const DAMPING: bool>(
             distance: away.norm(),
             before,
             foot: hit.point,
-            motion: &wall.motion,
+            motion: &field.setting.walls[number].motion,
             material: wall.material,
             share: field.setting.share,
         };
@@ -351,7 +351,7 @@ fn find_hits(field: &Field<'_>, ball: &Ball, partners: &[u32], hits: &mut Vec<Hi
         let (point, feature) = surface::closest(&ball.place, &field.faces[face]);
         let away = ball.place - point;
         let distance = away.norm();
-        let motion = &field.setting.model.walls[surfaces.wall[face] as usize].motion;
+        let motion = &field.setting.walls[surfaces.wall[face] as usize].motion;
         let rate = (ball.velocity - motion.velocity(&point)).dot(&away) / distance;
         let (gap, half) = (distance - ball.radius, 0.5 * field.rule.advance * rate);
         let touches = window(gap - half, gap + half).is_some()

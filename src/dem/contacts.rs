@@ -69,6 +69,17 @@ impl Default for Scratch {
 }
 
 impl Scratch {
+    /// In a periodic box: ways between spheres become those to the nearest images.
+    #[inline(always)]
+    fn nearest(&mut self, field: &Field<'_>, count: usize) {
+        if field.setting.needs.periodic {
+            for [x, y, z, _] in &mut self.between[..count] {
+                let way = field.setting.way(Vec3::new(*x, *y, *z));
+                (*x, *y, *z) = (way.x, way.y, way.z);
+            }
+        }
+    }
+
     /// Bytes that it takes.
     #[cfg(test)]
     pub fn bytes(&self) -> usize {
@@ -159,10 +170,12 @@ fn block_anywhere<K: Kind, const AVX2: bool>(
         begin += count;
         if field.setting.alike.is_some() {
             gather::<K, false>(field, (first, second), scratch);
+            scratch.nearest(field, count);
             answer::<K, false, AVX2>(&common, scratch, &mut part.book, entries);
             scatter::<K, false>((first, second), part, scratch);
         } else {
             gather::<K, true>(field, (first, second), scratch);
+            scratch.nearest(field, count);
             answer::<K, true, AVX2>(&common, scratch, &mut part.book, entries);
             scatter::<K, true>((first, second), part, scratch);
         }

@@ -6,7 +6,7 @@ use super::setting::Setting;
 use super::state::{Load, State};
 use super::{
     DemError, Observer, Summary, averaged_motion, bond, checkpoint, extra, guard, ledger, limit,
-    motion, neighbours, zeroing,
+    motion, neighbours, pushes, servo, zeroing,
 };
 use crate::model::{Cost, Model, Outcome, Scheme};
 use crate::num::{Job, Vec3, clock};
@@ -37,11 +37,15 @@ pub fn simulate(
             limit: model.plan.guard.overlap,
         });
     }
-    let setting = Setting::new(model);
+    let mut setting = Setting::new(model);
     let mut watch = guard::Watch::default();
     let mut work = Workspace::new(job.threads, model.spheres.len());
     let (mut state, mut stopped) = match resume {
-        Some(bytes) => (checkpoint::read(model, bytes)?, None),
+        Some(bytes) => {
+            let state = checkpoint::read(model, bytes)?;
+            place_for_looks(&mut setting, &state);
+            (state, None)
+        }
         None => start(&setting, &mut work, &mut watch, observer),
     };
     let (from, loop_begun) = (state.step, Instant::now());
@@ -60,7 +64,7 @@ pub fn simulate(
             outcome = Some(Outcome::Cancelled { step: state.step });
             break;
         }
-        owed = one_step(&setting, &mut state, &mut work, owed);
+        owed = one_step(&mut setting, &mut state, &mut work, owed);
         stopped = watch.after_step(&setting, &state);
         if stopped.is_some() && owed {
             motion::finish(&setting, &mut state);
@@ -99,7 +103,7 @@ pub fn simulate(
         },
         advice,
         rebuilds: state.rebuilds,
-        notes: watch.notes,
+        notes: watch.notes.into_iter().chain(servo::notes(model, &state.servos)).collect(),
     })
 }
 
@@ -120,7 +124,7 @@ fn start(
     );
     (state.ledger.start, state.ledger.start_potential) = ledger;
     if guard::finite(&state) {
-        observer.frame(&state.frame(setting));
+        hand_over(setting, &state, observer, setting.model.plan.steps == 0);
         observer.row(&ledger::row(setting, &state));
     }
     (state, stopped)
@@ -144,12 +148,18 @@ fn keep_the_good(
 
 /// From one force pass to just after the next. `owed` in and out: whether the second half
 /// kick is still to be done.
-fn one_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace, owed: bool) -> bool {
+fn one_step(
+    setting: &mut Setting<'_>,
+    state: &mut State,
+    work: &mut Workspace,
+    owed: bool,
+) -> bool {
     if setting.scheme == Scheme::PathAveraged {
         averaged_step(setting, state, work);
         return false;
     }
     state.ledger.add_half();
+    move_walls(setting, state, (state.step + 1) as f64 * setting.step);
     if motion::advance(setting, state, owed) | state.bonds.take_changed() {
         neighbours::rebuild(setting, state);
     }
@@ -175,14 +185,31 @@ fn is_due(setting: &Setting<'_>, step: u64) -> bool {
 }
 
 /// Half a step, force pass, half a step.
-fn averaged_step(setting: &Setting<'_>, state: &mut State, work: &mut Workspace) {
+fn averaged_step(setting: &mut Setting<'_>, state: &mut State, work: &mut Workspace) {
+    move_walls(setting, state, (state.step as f64 + 0.5) * setting.step);
     if averaged_motion::first_half(setting, state) | state.bonds.take_changed() {
         neighbours::rebuild(setting, state);
     }
     force_pass(setting, state, work, false);
     averaged_motion::second_half(setting, state);
+    place_for_looks(setting, state);
     // Powers act over the whole of this step.
     state.ledger.add_half();
+}
+
+/// Walls to where the next pass, at `time`, finds them.
+fn move_walls(setting: &mut Setting<'_>, state: &mut State, time: f64) {
+    if setting.needs.servo_walls {
+        servo::advance(setting, state);
+    }
+    setting.place_walls(&state.servos, time, 0.0);
+}
+
+/// Walls to where they are at the end of a step, for what is written then.
+fn place_for_looks(setting: &mut Setting<'_>, state: &State) {
+    let averaged = setting.scheme == Scheme::PathAveraged && state.step > 0;
+    let ahead = if averaged { 0.5 * setting.step } else { 0.0 };
+    setting.place_walls(&state.servos, state.step as f64 * setting.step, ahead);
 }
 
 /// Contact forces, local damping, and their energies.
@@ -199,6 +226,7 @@ pub(super) fn force_pass(
         bare_slip: setting.scheme == Scheme::Lammps,
     };
     let mut tally = evaluate(setting, state, work, &rule);
+    let turned = if setting.needs.servo_walls { servo::respond(setting, state) } else { 0.0 };
     tally += bond::pass(setting, state, &rule, first);
     tally += extra::pass(setting, state, &rule);
     tally.drag_power = extra::drag(setting, state, first);
@@ -214,6 +242,16 @@ pub(super) fn force_pass(
     }
     let damping = motion::damp(setting, state, first);
     state.ledger.add(tally, damping, setting.step, first);
+    state.ledger.wall_half += 0.5 * setting.step * turned;
+}
+
+/// A frame, and contact forces if they are wanted with it.
+fn hand_over(setting: &Setting<'_>, state: &State, observer: &mut dyn Observer, last: bool) {
+    let frame = state.frame(setting);
+    observer.frame(&frame);
+    if observer.wants_pushes(last) {
+        observer.pushes(&frame, pushes::pushes(setting, state));
+    }
 }
 
 /// Frames, rows and checkpoints that are due.
@@ -230,7 +268,7 @@ fn record(
     let plan = &setting.model.plan;
     let last = last || state.step == plan.steps;
     if last || state.step.is_multiple_of(plan.frame_every.max(1)) {
-        observer.frame(&state.frame(setting));
+        hand_over(setting, state, observer, last);
     }
     if last || state.step.is_multiple_of(plan.series_every.max(1)) {
         observer.row(&ledger::row(setting, state));

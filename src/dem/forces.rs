@@ -142,7 +142,8 @@ impl Workspace {
         let time = setting.pass_time(step);
         let first = self.walls_at.is_none();
         self.walls_at = Some(step);
-        if first || setting.needs.sliding_walls || setting.needs.turning_walls {
+        let needs = &setting.needs;
+        if first || needs.sliding_walls || needs.turning_walls || needs.servo_walls {
             self.planes = setting.planes_at(time);
         }
         if first || setting.surfaces.moving {

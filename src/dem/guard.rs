@@ -29,6 +29,9 @@ use crate::num::Vec3;
 pub const EVERY: u64 = 128;
 /// Changes of contact forces below this part of the forces are not looked at.
 const NOISE: f64 = 1e-3;
+/// Nor those that so many units in the last place of the positions make: bodies between walls
+/// that push with equal forces feel nothing else.
+const UNITS: f64 = 1e3;
 /// The last good frame is kept in scenes of at most so many spheres (200 bytes each).
 const KEPT: usize = 200_000;
 
@@ -184,7 +187,6 @@ impl Watch {
 
 /// Numbers that are not finite, and bodies outside the domain.
 fn places(setting: &Setting<'_>, state: &State) -> Option<String> {
-    let domain = &setting.model.domain;
     for ball in &state.balls {
         let body = ball.body;
         let finite = ball.place.iter().chain(ball.velocity.iter()).all(|x| x.is_finite());
@@ -195,7 +197,7 @@ fn places(setting: &Setting<'_>, state: &State) -> Option<String> {
                 setting.step
             ));
         }
-        if !domain.contains(&ball.place) {
+        if setting.model.is_outside(&ball.place) {
             return Some(format!(
                 "body {body} left the domain at ({}, {}, {}) m; enlarge the domain, close the \
                  walls, or reduce the time step if it went through one",
@@ -249,10 +251,22 @@ fn gain(setting: &Setting<'_>, state: &State, guard: &Guard) -> Option<String> {
     })
 }
 
+/// Largest force that a contact answers to a jump with, N/m.
+fn stiffest(setting: &Setting<'_>) -> f64 {
+    let size = setting.model.contacts.size() as u16;
+    let laws = (0..size).flat_map(|a| (a..size).map(move |b| (a, b)));
+    laws.map(|(a, b)| {
+        let law = setting.stiff_pair(a, b);
+        law.kn.max(law.kt) + 2.0 * law.cn.max(law.ct) / setting.step
+    })
+    .fold(0.0, f64::max)
+}
+
 /// How far the last change of the forces is opposed to the one before, its size over that of
 /// the forces, and the body whose forces change most.
 fn shaking(setting: &Setting<'_>, state: &State, loads: &[Vec<Vec3>]) -> (f64, f64, u32) {
-    let (mut product, mut squares, mut whole) = (0.0, [0.0; 2], 0.0);
+    let (mut product, mut squares, mut whole, mut rounding) = (0.0, [0.0; 2], 0.0, 0.0);
+    let stiffest = stiffest(setting);
     let mut most = (0.0, 0);
     for (slot, ball) in state.balls.iter().enumerate() {
         let light = 1.0 / setting.model.bodies[ball.body as usize].mass;
@@ -261,12 +275,14 @@ fn shaking(setting: &Setting<'_>, state: &State, loads: &[Vec<Vec3>]) -> (f64, f
         squares[0] += early.norm_squared() * light;
         squares[1] += late.norm_squared() * light;
         whole += loads[2][slot].norm_squared() * light;
+        let unit = f64::EPSILON * (ball.place.amax() + ball.radius);
+        rounding += (UNITS * unit * stiffest).powi(2) * light;
         let change = late.norm_squared() * light;
         if change > most.0 {
             most = (change, ball.body);
         }
     }
-    let noise = NOISE * NOISE * whole;
+    let noise = NOISE * NOISE * whole + rounding;
     if squares[0] <= noise || squares[1] <= noise {
         return (0.0, 0.0, most.1);
     }

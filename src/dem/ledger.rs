@@ -41,6 +41,8 @@ pub struct Ledger {
     pub damping_half: f64,
     /// Kinetic + elastic energy at time 0.
     pub start: f64,
+    /// Σ m g·w over all ways w by which bodies were brought home into a periodic box.
+    pub carried: f64,
     /// Potential energy at time 0.
     pub start_potential: f64,
 }
@@ -102,13 +104,14 @@ pub fn sweep(setting: &Setting<'_>, state: &State) -> Sweep {
     let mut between = 0;
     visit(&state.pairs, |slot, other, k| {
         let (a, b) = (&state.balls[slot], &state.balls[other]);
-        let overlap = a.radius + b.radius - (a.place - b.place).norm();
+        let overlap = a.radius + b.radius - setting.way(a.place - b.place).norm();
         let law = setting.pair(a.material, b.material);
         let mut spring = state.pairs.book.record(k).spring;
         if half > 0.0 && setting.needs.friction {
             let turning = spin(slot) * (a.radius - share * overlap)
                 + spin(other) * (b.radius - share * overlap);
-            spring += slide(a.place - b.place, a.velocity - b.velocity, turning) * half;
+            let between = setting.way(a.place - b.place);
+            spring += slide(between, a.velocity - b.velocity, turning) * half;
         }
         add(law, overlap, spring, a.radius.min(b.radius));
         between += 1;
@@ -138,7 +141,8 @@ pub fn sweep(setting: &Setting<'_>, state: &State) -> Sweep {
         let mut spring = state.faces.book.record(k).spring;
         if half > 0.0 && setting.needs.friction {
             let arm = ball.radius - share * overlap;
-            let velocity = ball.velocity - wall.motion.velocity(&point);
+            let motion = &setting.walls[setting.surfaces.wall[face] as usize].motion;
+            let velocity = ball.velocity - motion.velocity(&point);
             spring += slide(ball.place - point, velocity, spin(slot) * arm) * half;
         }
         add(law, overlap, spring, ball.radius);
@@ -226,7 +230,7 @@ pub fn potential(setting: &Setting<'_>, state: &State) -> f64 {
         Some(law) => super::far::Far::new(1).energy(setting, state, law),
         None => 0.0,
     };
-    between - height(setting, state)
+    between + state.ledger.carried - height(setting, state)
 }
 
 /// The row of the series for the present step.
@@ -293,7 +297,7 @@ pub fn touches(setting: &Setting<'_>, state: &State) -> Vec<Touch> {
     let mut all = Vec::new();
     visit(&state.pairs, |slot, other, k| {
         let (a, b) = (&state.balls[slot], &state.balls[other]);
-        let overlap = a.radius + b.radius - (a.place - b.place).norm();
+        let overlap = a.radius + b.radius - setting.way(a.place - b.place).norm();
         let law = setting.pair(a.material, b.material);
         let record = state.pairs.book.record(k);
         let (first, second) = (state.order[slot], state.order[other]);

@@ -18,9 +18,10 @@
 use super::bond_limit;
 use super::neighbours;
 use super::network::{self, Deepest, Link, Network, Stepping, Strand};
+use super::servo;
 use super::setting::Setting;
 use super::state::State;
-use crate::model::{Body, Contact, Dimension, Model, Scheme, Sphere, WallShape};
+use crate::model::{Body, Contact, Dimension, Model, Scheme, Sphere, Wall, WallShape};
 use crate::num::{Rotation, Vec3};
 use nalgebra::{Matrix6, SymmetricEigen};
 
@@ -175,7 +176,7 @@ impl Pairs {
             let masses = model.bodies.iter().filter(|b| b.material == material).map(|b| b.mass);
             masses.fold(f64::INFINITY, f64::min)
         };
-        let mut met: Vec<(&Contact, f64)> = Vec::new();
+        let mut met: Vec<(&Contact, f64, f64)> = Vec::new();
         let size = model.contacts.size() as u16;
         for a in 0..size {
             let mass = lightest(a);
@@ -185,24 +186,26 @@ impl Pairs {
             for b in a..size {
                 let other = lightest(b);
                 if other.is_finite() && model.bodies.len() > 1 {
-                    met.push((setting.stiff_pair(a, b), mass * other / (mass + other)));
+                    met.push((setting.stiff_pair(a, b), mass * other / (mass + other), 1.0));
                 }
             }
-            met.extend(model.walls.iter().map(|w| (setting.stiff_pair(a, w.material), mass)));
+            let wall =
+                |w: &Wall| (setting.stiff_pair(a, w.material), mass, servo::stiffer(&w.motion));
+            met.extend(model.walls.iter().map(wall));
         }
         if met.is_empty() {
             let body = &model.bodies[0];
-            met.push((setting.stiff_pair(body.material, body.material), body.mass));
+            met.push((setting.stiff_pair(body.material, body.material), body.mass, 1.0));
         }
         let turning = if model.dimension == Dimension::Two { 3.0 } else { 3.5 };
         let mut all = Self { contact_time: f64::INFINITY, damping: None, softest: f64::INFINITY };
-        for (law, mass) in met {
+        for (law, mass, stiffer) in met {
             all.contact_time = all.contact_time.min(std::f64::consts::PI * (mass / law.kn).sqrt());
             all.softest = all.softest.min(law.kn);
             let across = if law.friction > 0.0 { law.ct * turning } else { 0.0 };
             let dashpot = law.cn.max(across);
             if dashpot > 0.0 {
-                let bound = 2.0 * mass / dashpot;
+                let bound = 2.0 * mass / (dashpot * stiffer);
                 all.damping = Some(all.damping.map_or(bound, |best| best.min(bound)));
             }
         }
@@ -358,8 +361,14 @@ fn packed_one(setting: &Setting<'_>, index: usize, partners: &[u16]) -> f64 {
     // In the body frame: no rotation needed.
     let still = Rotation::identity();
     let contact = |normal: Vec3, arm: Vec3| {
-        let link =
-            Link { bodies: (0, None), normal, arms: [arm, Vec3::zeros()], law: &law, depth: 0.0 };
+        let link = Link {
+            bodies: (0, None),
+            normal,
+            arms: [arm, Vec3::zeros()],
+            law: &law,
+            depth: 0.0,
+            stiffer: 1.0,
+        };
         // As against a body like itself.
         network::strands((body, &still), None, &link, setting.planar)
             .map(|strand| Strand { other: -strand.mine, ..strand })
@@ -381,7 +390,8 @@ fn packed_one(setting: &Setting<'_>, index: usize, partners: &[u16]) -> f64 {
     let weight = 2.0 * most / directions.len() as f64;
     // One contact alone, in its worst direction, as often as there is something to touch.
     let others = (model.bodies.len() - 1) as f64;
-    let few = (2.0 * others + model.walls.len() as f64).max(1.0) * spheres.len() as f64;
+    let walls: f64 = model.walls.iter().map(|wall| servo::stiffer(&wall.motion)).sum();
+    let few = (2.0 * others + walls).max(1.0) * spheres.len() as f64;
     let stepping = Stepping::of(setting);
     let delay = [(law.kn, law.cn), (law.kt, law.ct)]
         .into_iter()

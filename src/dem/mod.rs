@@ -51,7 +51,9 @@ pub mod limit;
 mod motion;
 mod neighbours;
 mod network;
+mod pushes;
 mod rolling;
+mod servo;
 mod setting;
 mod state;
 mod surface;
@@ -76,21 +78,27 @@ mod test_network;
 #[allow(clippy::excessive_precision)]
 mod test_oracles;
 #[cfg(test)]
+mod test_periodic;
+#[cfg(test)]
 mod test_physics;
 #[cfg(test)]
 mod test_runs;
 #[cfg(test)]
 mod test_scenes;
+#[cfg(test)]
+mod test_servo;
 
 pub use far::attraction;
 pub use far_tree::Pull;
 pub use limit::{Advice, advise};
 
 use crate::model::{
-    Break, Cost, Coulomb, Frame, History, Model, Outcome, Run, Scheme, SeriesRow, Touch,
+    Break, Cost, Coulomb, Frame, History, Model, Motion, Outcome, Run, Scheme, SeriesRow, Touch,
+    WallShape,
 };
 use crate::num::Job;
 use crate::num::entry::MethodEntry;
+use crate::pack::Push;
 
 /// Receives what a run produces, in rising time.
 pub trait Observer {
@@ -100,6 +108,12 @@ pub trait Observer {
     fn row(&mut self, row: &SeriesRow);
     /// A checkpoint that is due, or the last state of a cancelled run; feed it to [`simulate`] to go on from there.
     fn checkpoint(&mut self, bytes: &[u8]);
+    /// Whether contact forces are wanted with the frame that is due, the last one or another.
+    fn wants_pushes(&self, _last: bool) -> bool {
+        false
+    }
+    /// Contact forces of the frame that was handed over before, where they are wanted.
+    fn pushes(&mut self, _frame: &Frame, _pushes: Vec<Push>) {}
 }
 
 /// How a run ended.
@@ -117,7 +131,8 @@ pub struct Summary {
     pub advice: Advice,
     /// Times the candidate lists were built.
     pub rebuilds: u64,
-    /// What the guard found and did not act on because the plan insists, one sentence each.
+    /// What people should know of the run, one sentence each: what the guard found and did not
+    /// act on because the plan insists, and where servo walls are at the end.
     pub notes: Vec<String>,
 }
 
@@ -162,6 +177,11 @@ pub fn simulate(
     observer: &mut dyn Observer,
 ) -> Result<Summary, DemError> {
     drive::simulate(model, resume, job, observer)
+}
+
+/// Gap up to which pairs of spheres are listed, m.
+pub fn list_skin(model: &Model) -> f64 {
+    setting::skin(model)
 }
 
 /// Runs `model` from time 0 and keeps everything.
@@ -460,7 +480,14 @@ fn usable(model: &Model) -> Result<(), DemError> {
             return fault(format!("sphere {index} has the radius {} m", sphere.radius));
         }
     }
+    periodic(model)?;
     bonds_usable(model)?;
+    let needs = model.needs();
+    if needs.servo_walls && (needs.cohesion || needs.bridges || needs.molecular) {
+        return fault(
+            "a servo wall counts the springs of its contacts: not with cohesion, bridges or molecular forces".to_owned(),
+        );
+    }
     if let Some(problem) = extra::problem(model) {
         return fault(problem);
     }
@@ -478,6 +505,51 @@ fn usable(model: &Model) -> Result<(), DemError> {
     Ok(())
 }
 
+/// Refuses periodic boxes that are too small, and what does not go with them.
+fn periodic(model: &Model) -> Result<(), DemError> {
+    let Some(cell) = &model.periodic else { return Ok(()) };
+    let fault = |text: &str| Err(DemError::Unusable(text.to_owned()));
+    let reach =
+        model.spheres.iter().map(|sphere| sphere.offset.norm() + sphere.radius).fold(0.0, f64::max);
+    if let Some(axis) = cell.too_short(reach) {
+        return Err(DemError::Unusable(format!(
+            "the periodic box is too short along {} for bodies that reach {reach} m: four times that is the least",
+            ["x", "y", "z"][axis]
+        )));
+    }
+    if model.mutual.is_some() {
+        return fault(
+            "gravity between bodies in a periodic box would need Ewald sums, which are not there",
+        );
+    }
+    if !model.bonds.is_empty() {
+        return fault("bonds look for their spheres without images: not in a periodic box");
+    }
+    if model.needs().extra() {
+        return fault(
+            "cohesion, bridges, potentials, charges and rolling resistance look for pairs without images: not in a periodic box",
+        );
+    }
+    for wall in &model.walls {
+        let along = match &wall.shape {
+            WallShape::Plane { normal, .. } => {
+                (0..3).any(|axis| cell.periodic[axis] && normal[axis] != 0.0)
+                    || matches!(wall.motion, Motion::Rotate { .. })
+            }
+            WallShape::Mesh { .. } => true,
+        };
+        if along {
+            return Err(DemError::Unusable(format!(
+                "wall `{}` in a periodic box: only planes along the periodic axes that do not rotate go with one \
+                 (a mesh or a slanted plane would end at the side where space repeats itself)",
+                wall.name
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses bonds that cannot be.
 fn bonds_usable(model: &Model) -> Result<(), DemError> {
     let fault = |index: usize, what: &str| Err(DemError::Unusable(format!("bond {index} {what}")));
     let needs = model.needs();

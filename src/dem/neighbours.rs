@@ -13,6 +13,8 @@
 //! Where contacts are looked for along the path of a step (`path_averaged`), the
 //! gap may be larger by twice the way w of half a step, and a sphere must be within
 //! s/2 + w of where it was at the build at both ends of the step.
+//! In a periodic box bodies are brought home first, each sphere also looks from its images near
+//! the other side, and a pair is listed at its nearest image only.
 //! Tangential springs go over to the new lists by the spheres' numbers.
 //! O(N log N) time, O(N) memory. Cannot fail: positions that are not finite
 //! land in some cell and are caught by the guard.
@@ -21,6 +23,7 @@ use super::law::{Book, Record};
 use super::setting::Setting;
 use super::state::{Ball, List, State};
 use super::surface;
+use crate::geometry::Cell;
 use crate::model::Scheme;
 use crate::num::Vec3;
 
@@ -31,6 +34,9 @@ const LEVELS: u32 = 40;
 pub fn rebuild(setting: &Setting<'_>, state: &mut State) {
     let time = setting.pass_time(state.step);
     let memory = Memory::of(state);
+    if let Some(cell) = &setting.model.periodic {
+        bring_home(setting, state, cell);
+    }
     state.sweep = sweep(setting, state);
     let grid = Grid::new(&state.balls, &state.order, setting.skin);
     permute(state, &grid);
@@ -42,6 +48,32 @@ pub fn rebuild(setting: &Setting<'_>, state: &mut State) {
     state.built = state.balls.iter().map(|ball| ball.place).collect();
     state.built_at = state.step;
     state.rebuilds += 1;
+}
+
+/// Moves bodies whose centre of mass has left a periodic box to their image in it.
+fn bring_home(setting: &Setting<'_>, state: &mut State, cell: &Cell) {
+    let bodies = &setting.model.bodies;
+    let mut carried = 0.0;
+    for ball in state.balls.iter_mut().filter(|ball| ball.alone) {
+        let way = cell.home(&ball.place);
+        ball.place += way;
+        carried += bodies[ball.body as usize].mass * setting.gravity.dot(&way);
+    }
+    for solid in &mut state.solids {
+        let way = cell.home(&solid.place);
+        if way == Vec3::zeros() {
+            continue;
+        }
+        solid.place += way;
+        let body = &bodies[solid.body as usize];
+        carried += body.mass * setting.gravity.dot(&way);
+        for sphere in body.first_sphere..body.first_sphere + body.sphere_count {
+            state.balls[state.slot[sphere as usize] as usize].place += way;
+        }
+    }
+    if carried.is_finite() {
+        state.ledger.carried += carried;
+    }
 }
 
 /// Farthest that a sphere goes in half a step, and a wall, m; only where contacts are
@@ -163,6 +195,14 @@ impl Level {
         (x + self.size[0] * (y + self.size[1] * z)) as u32
     }
 
+    /// Whether the box between two corners meets the cells.
+    fn meets(&self, low: &Vec3, high: &Vec3) -> bool {
+        (0..3).all(|axis| {
+            let end = self.low[axis] + self.cell * self.size[axis] as f64;
+            low[axis] <= end && high[axis] >= self.low[axis]
+        })
+    }
+
     /// Slots in the cells between two corners, as runs of consecutive slots.
     fn runs(&self, low: &Vec3, high: &Vec3, mut visit: impl FnMut(u32, u32)) {
         let from: [usize; 3] = std::array::from_fn(|axis| self.along(axis, low[axis]));
@@ -253,6 +293,7 @@ fn pairs(setting: &Setting<'_>, state: &State, grid: &Grid, memory: &[(u64, Reco
     let mut start = Vec::with_capacity(balls.len() + 1);
     let mut partner = Vec::with_capacity(4 * balls.len());
     start.push(0);
+    let images = setting.model.periodic.map(|cell| (cell, reach_of_images(balls, &cell, skin)));
     let bonded = |slot: usize, other: usize| {
         setting.needs.bonds
             && state.bonds.holds(&setting.bonds, state.order[slot], state.order[other])
@@ -264,12 +305,17 @@ fn pairs(setting: &Setting<'_>, state: &State, grid: &Grid, memory: &[(u64, Reco
                 for other in from.max(slot as u32 + 1)..to {
                     let there = &balls[other as usize];
                     let range = ball.radius + there.radius + skin;
-                    let near = (ball.place - there.place).norm_squared() < range * range;
+                    let between = ball.place - there.place;
+                    let near = between.norm_squared() < range * range
+                        && (images.is_none() || setting.shift(&between) == Vec3::zeros());
                     if near && ball.body != there.body && !bonded(slot, other as usize) {
                         partner.push(other);
                     }
                 }
             });
+        }
+        if let Some((cell, outside)) = &images {
+            from_images(setting, balls, grid, slot, skin, cell, *outside, &mut partner);
         }
         start.push(partner.len() as u32);
     }
@@ -286,6 +332,59 @@ fn pairs(setting: &Setting<'_>, state: &State, grid: &Grid, memory: &[(u64, Reco
         }
     }
     List { start, partner, book }
+}
+
+/// How far outside the box an image can lie that a sphere may touch, m.
+fn reach_of_images(balls: &[Ball], cell: &Cell, skin: f64) -> f64 {
+    let largest = balls.iter().map(|ball| ball.radius).fold(0.0, f64::max);
+    let sticking_out = balls.iter().map(|ball| cell.home(&ball.place)).zip(balls);
+    let farthest = sticking_out
+        .filter(|(way, _)| *way != Vec3::zeros())
+        .map(|(_, ball)| {
+            let over = (cell.bounds.low - ball.place).sup(&(ball.place - cell.bounds.high));
+            (0..3).filter(|a| cell.periodic[*a]).map(|a| over[a]).fold(0.0, f64::max)
+        })
+        .fold(0.0, f64::max);
+    // Bodies that are nowhere are for the guard.
+    let reach = 2.0 * largest + skin + farthest;
+    if reach.is_finite() { reach.min(cell.bounds.size().max()) } else { 0.0 }
+}
+
+/// Adds the partners of the images of a sphere. A pair is met at its nearest image only, so
+/// none is listed twice.
+#[allow(clippy::too_many_arguments)] // what one sphere's search needs
+fn from_images(
+    setting: &Setting<'_>,
+    balls: &[Ball],
+    grid: &Grid,
+    slot: usize,
+    skin: f64,
+    cell: &Cell,
+    outside: f64,
+    partner: &mut Vec<u32>,
+) {
+    let ball = &balls[slot];
+    cell.images(&ball.place, outside, |way| {
+        let image = ball.place + way;
+        for level in &grid.levels[grid.level[slot] as usize..] {
+            let reach = Vec3::repeat(ball.radius + level.reach + skin);
+            let (low, high) = (image - reach, image + reach);
+            if !level.meets(&low, &high) {
+                continue;
+            }
+            level.runs(&low, &high, |from, to| {
+                for other in from.max(slot as u32 + 1)..to {
+                    let there = &balls[other as usize];
+                    let range = ball.radius + there.radius + skin;
+                    let near = (image - there.place).norm_squared() < range * range;
+                    let nearest = || setting.shift(&(ball.place - there.place)) == way;
+                    if near && nearest() && ball.body != there.body {
+                        partner.push(other);
+                    }
+                }
+            });
+        }
+    });
 }
 
 fn planes(setting: &Setting<'_>, state: &State, time: f64, memory: &[(u64, Record)]) -> List {
@@ -323,8 +422,8 @@ fn faces(setting: &Setting<'_>, state: &State, time: f64, memory: &[(u64, Record
 
 /// Corners of triangle `face` at `time`, s.
 pub fn face_at(setting: &Setting<'_>, face: usize, time: f64) -> [Vec3; 3] {
-    let motion = setting.model.walls[setting.surfaces.wall[face] as usize].motion;
-    setting.surfaces.start[face].map(|corner| motion.place(&corner, time))
+    let wall = setting.surfaces.wall[face] as usize;
+    setting.surfaces.start[face].map(|corner| setting.wall_place(wall, &corner, time))
 }
 
 /// Corners of all triangles at `time`, s.

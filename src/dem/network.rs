@@ -11,7 +11,7 @@
 //! λ_max(Σ u uᵀ (Δt² k + 4 Δt c)/(1 + Δt c |u|²)) = 4. Both are written with an effective stiffness
 //! k(Δt) = k + 2 c/Δt, or (k + 4 c/Δt)/(1 + Δt c |u|²), which falls with Δt, so that
 //! Δt' = 2/√λ(k(Δt)) from a stable Δt is stable too and not smaller. Local damping α
-//! scales k by at most 1 + α. All tangential springs are taken to stick.
+//! scales k by at most 1 + α, contacts with servo walls are 4/3 as stiff (see [`super::servo`]). All tangential springs are taken to stick.
 //!
 //! λ_max is bounded from above, so the step from below, in three stages:
 //! - trace: λ ≤ max_i Σ w k |a|² over the contacts of body i, where u = (a; b) and w =
@@ -29,6 +29,7 @@
 
 use super::bond_limit;
 use super::neighbours;
+use super::servo;
 use super::setting::Setting;
 use super::state::State;
 use super::surface;
@@ -86,6 +87,8 @@ pub struct Link<'a> {
     pub law: &'a Contact,
     /// Overlap over the smaller radius.
     pub depth: f64,
+    /// How much stiffer it is for the motion of its wall.
+    pub stiffer: f64,
 }
 
 /// One direction of a contact in scaled coordinates.
@@ -190,8 +193,8 @@ pub fn strands(
             other: other.map_or(Vector6::zeros(), |(body, turn)| {
                 -along(body, turn, &link.arms[1], &direction, planar)
             }),
-            stiffness,
-            dashpot,
+            stiffness: stiffness * link.stiffer,
+            dashpot: dashpot * link.stiffer,
         },
     )
 }
@@ -495,7 +498,7 @@ fn each_link<'a>(
         for k in entries(&state.pairs, slot) {
             let there = state.pairs.partner[k] as usize;
             let other = &state.balls[there];
-            let between = ball.place - other.place;
+            let between = setting.way(ball.place - other.place);
             let distance = between.norm();
             let overlap = ball.radius + other.radius - distance;
             if overlap.is_nan() || overlap < -1e-12 * ball.radius {
@@ -513,9 +516,10 @@ fn each_link<'a>(
                 arms: [ends[0] - centre(slot), ends[1] - centre(there)],
                 law,
                 depth: overlap / ball.radius.min(other.radius),
+                stiffer: 1.0,
             });
         }
-        let mut wall = |away: Vec3, material: u16| {
+        let mut wall = |away: Vec3, number: usize| {
             let distance = away.norm();
             if distance.is_nan() || distance > ball.radius * (1.0 + 1e-12) {
                 return;
@@ -525,21 +529,23 @@ fn each_link<'a>(
             let share = setting.share.min(0.5);
             let overlap = ball.radius - distance;
             let arm = ball.place - normal * (ball.radius - share * overlap) - centre(slot);
-            let law = setting.stiff_pair(ball.material, material);
+            let wall = &setting.model.walls[number];
+            let law = setting.stiff_pair(ball.material, wall.material);
+            let stiffer = servo::stiffer(&wall.motion);
             let depth = 1.0 - distance / ball.radius;
             let arms = [arm, Vec3::zeros()];
-            visit(Link { bodies: (ball.body, None), normal, arms, law, depth });
+            visit(Link { bodies: (ball.body, None), normal, arms, law, depth, stiffer });
         };
         for k in entries(&state.planes, slot) {
-            let plane = &planes[state.planes.partner[k] as usize];
-            wall(plane.normal * (ball.place - plane.point).dot(&plane.normal), plane.material);
+            let index = state.planes.partner[k] as usize;
+            let (plane, number) = (&planes[index], setting.planes[index] as usize);
+            wall(plane.normal * (ball.place - plane.point).dot(&plane.normal), number);
         }
         for k in entries(&state.faces, slot) {
             let face = state.faces.partner[k] as usize;
             let corners = neighbours::face_at(setting, face, time);
             let (point, _) = surface::closest(&ball.place, &corners);
-            let of = setting.surfaces.wall[face] as usize;
-            wall(ball.place - point, setting.model.walls[of].material);
+            wall(ball.place - point, setting.surfaces.wall[face] as usize);
         }
     }
 }

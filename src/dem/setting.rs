@@ -3,6 +3,7 @@
 use super::bond;
 use super::extra::{self, Fixed};
 use super::law::Kept;
+use super::servo::{Servo, WallNow};
 use super::surface::Surfaces;
 use crate::model::{Contact, Dimension, History, Law, Model, Motion, Needs, Scheme, WallShape};
 use crate::num::{Rotation, Vec3};
@@ -33,8 +34,12 @@ pub struct Setting<'a> {
     pub skin: f64,
     /// Arrays that contacts keep.
     pub kept: Kept,
+    /// Edges of a periodic box, infinite along other axes, m.
+    pub edges: Vec3,
     /// Mesh walls.
     pub surfaces: Surfaces,
+    /// Where the walls are now; set before each pass.
+    pub walls: Vec<WallNow>,
     /// Indices of plane walls in `model.walls`.
     pub planes: Vec<u16>,
     /// Bonds between bodies.
@@ -98,7 +103,13 @@ impl<'a> Setting<'a> {
                 normals: plan.law.history == History::Rotated,
                 pulls: plan.scheme == Scheme::PathAveraged && needs.tangential_damping,
             },
+            edges: model.periodic.map_or(Vec3::repeat(f64::INFINITY), |cell| cell.lengths()),
             surfaces: Surfaces::new(model),
+            walls: model
+                .walls
+                .iter()
+                .map(|w| WallNow::of(&w.motion, &Servo::default(), 0.0, 0.0))
+                .collect(),
             planes,
             bonds: bond::Table::default(),
             extra: Fixed::new(model),
@@ -111,6 +122,26 @@ impl<'a> Setting<'a> {
         setting
     }
 
+    /// Puts walls where they are at `time`, s, `ahead` [s] of the last pass.
+    pub fn place_walls(&mut self, servos: &[Servo], time: f64, ahead: f64) {
+        if !(self.needs.servo_walls || self.needs.sliding_walls) {
+            return;
+        }
+        for (index, (now, wall)) in self.walls.iter_mut().zip(&self.model.walls).enumerate() {
+            let servo = servos.get(index).copied().unwrap_or_default();
+            *now = WallNow::of(&wall.motion, &servo, time, ahead);
+        }
+    }
+
+    /// Where the point of wall `wall` is at `time` that was at `point` at time 0; walls that
+    /// oscillate or seek a force are where they were placed last.
+    pub fn wall_place(&self, wall: usize, point: &Vec3, time: f64) -> Vec3 {
+        match self.model.walls[wall].motion {
+            Motion::Oscillate { .. } | Motion::Servo { .. } => point + self.walls[wall].shift,
+            motion => motion.place(point, time),
+        }
+    }
+
     /// Time of the force pass that belongs to step `step`, s: the middle of the step
     /// where forces are averaged over it, otherwise its end.
     pub fn pass_time(&self, step: u64) -> f64 {
@@ -118,6 +149,26 @@ impl<'a> Setting<'a> {
             Scheme::PathAveraged if step > 0 => (step as f64 - 0.5) * self.step,
             _ => step as f64 * self.step,
         }
+    }
+
+    /// From a way between two places at home to that to the nearest image, m.
+    #[inline(always)]
+    pub fn shift(&self, way: &Vec3) -> Vec3 {
+        way.zip_map(&self.edges, |way, edge| {
+            if way > 0.5 * edge {
+                -edge
+            } else if way < -0.5 * edge {
+                edge
+            } else {
+                0.0
+            }
+        })
+    }
+
+    /// The way `way` between two places at home, in a periodic box that to the nearest image, m.
+    #[inline(always)]
+    pub fn way(&self, way: Vec3) -> Vec3 {
+        if self.needs.periodic { way + self.shift(&way) } else { way }
     }
 
     /// Parameters between two materials.
@@ -133,7 +184,8 @@ impl<'a> Setting<'a> {
 
     /// Plane number `index` of [`Setting::planes`] at `time`, s.
     pub fn plane(&self, index: usize, time: f64) -> PlaneNow {
-        let wall = &self.model.walls[self.planes[index] as usize];
+        let number = self.planes[index] as usize;
+        let wall = &self.model.walls[number];
         let WallShape::Plane { point, normal } = &wall.shape else {
             unreachable!("`planes` lists plane walls only")
         };
@@ -144,9 +196,9 @@ impl<'a> Setting<'a> {
             _ => *normal,
         };
         PlaneNow {
-            point: wall.motion.place(point, time),
+            point: self.wall_place(number, point, time),
             normal: turned,
-            motion: wall.motion,
+            motion: self.walls[number].motion,
             material: wall.material,
             share: match wall.shape.axis_plane() {
                 Some(_) => self.law.plane_arm.wall_share(),
@@ -167,6 +219,9 @@ impl<'a> Setting<'a> {
         let travel = |motion: &Motion| match motion {
             Motion::Still => 0.0,
             Motion::Translate { velocity } => velocity.norm() * span,
+            Motion::Oscillate { .. } | Motion::Servo { .. } => {
+                motion.velocity(&Vec3::zeros()).norm() * span
+            }
             Motion::Rotate { origin, axis, rate } => {
                 let reach = (0..8)
                     .map(|corner| {
@@ -205,7 +260,7 @@ pub fn wall_spin(motion: &Motion) -> Vec3 {
 }
 
 /// 0.15 of the median radius: flat optimum for beds (0.1) and flows (0.2).
-fn skin(model: &Model) -> f64 {
+pub fn skin(model: &Model) -> f64 {
     let radii: Vec<f64> = model.spheres.iter().map(|sphere| sphere.radius).collect();
     0.15 * crate::num::statistics::median(&radii).unwrap_or(0.0)
 }

@@ -4,6 +4,7 @@ use super::bond::Bonds;
 use super::extra::Links;
 use super::law::Book;
 use super::ledger::Ledger;
+use super::servo::Servo;
 use super::setting::Setting;
 use super::turn;
 use crate::model::{BodyState, Frame, Scheme};
@@ -111,6 +112,8 @@ pub struct State {
     /// How far spheres and walls went in half a step when the lists were built, m;
     /// 0 where only the places of a force pass matter.
     pub sweep: f64,
+    /// Servo walls, one entry each wall; empty if there is none.
+    pub servos: Vec<Servo>,
     /// What changes of the bonds.
     pub bonds: Bonds,
     /// Pairs with forces besides the linear contact.
@@ -140,6 +143,10 @@ impl State {
             built_at: 0,
             rebuilds: 0,
             sweep: 0.0,
+            servos: match setting.needs.servo_walls {
+                true => vec![Servo::default(); model.walls.len()],
+                false => Vec::new(),
+            },
             bonds: Bonds::new(setting),
             links: Links::default(),
             ledger: Ledger::default(),
@@ -259,7 +266,7 @@ impl State {
     pub fn frame(&self, setting: &Setting<'_>) -> Frame {
         let model = setting.model;
         let slots = || self.slot.iter().map(|slot| *slot as usize);
-        Frame {
+        let mut frame = Frame {
             step: self.step,
             time: self.step as f64 * setting.step,
             centres: slots().map(|s| self.balls[s].place).collect(),
@@ -277,7 +284,9 @@ impl State {
                 })
                 .collect(),
             bodies: self.bodies(setting),
-        }
+        };
+        frame.bring_home(model);
+        frame
     }
 }
 

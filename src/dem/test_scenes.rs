@@ -31,6 +31,7 @@ pub fn empty(scheme: Scheme, contact: Contact) -> Model {
         mutual: None,
         local_damping: 0.0,
         domain: Bounds { low: Vec3::repeat(-1.0), high: Vec3::repeat(1.0) },
+        periodic: None,
         plan: Plan {
             step: 1e-6,
             reason: StepReason::Given,

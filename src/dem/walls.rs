@@ -133,14 +133,15 @@ pub fn on_faces<K: Kind>(
         if !hit.touches && !book.touching[base + at] {
             continue;
         }
-        let wall =
-            &field.setting.model.walls[field.setting.surfaces.wall[*partner as usize] as usize];
+        let number = field.setting.surfaces.wall[*partner as usize] as usize;
+        let (wall, motion) =
+            (&field.setting.model.walls[number], &field.setting.walls[number].motion);
         let away = ball.place - hit.point;
         let spot = Spot {
             away,
             distance: away.norm(),
-            velocity: wall.motion.velocity(&hit.point),
-            spin: wall_spin(&wall.motion),
+            velocity: motion.velocity(&hit.point),
+            spin: wall_spin(motion),
             material: wall.material,
             share: field.setting.wall_share,
             touches: hit.touches,

@@ -36,6 +36,10 @@ pub struct BoxContainer {
     /// in the run grains may leave there. Default none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub open: Vec<Side>,
+    /// Axes along which the box repeats itself: what leaves at one side comes in at the other,
+    /// and there is no wall. Edges there must be four bounding radii of the largest grain or more. Default none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub periodic: Vec<Axis>,
 }
 
 /// A cylinder. Its wall is a regular prism of `segments` flat facets that
@@ -252,7 +256,19 @@ impl BoxContainer {
             }
             open[axis][usize::from(is_high)] = true;
         }
-        Ok(Region::Box(Rectangle { bounds: Bounds { low, high }, dimension, open }))
+        let mut periodic = [false; 3];
+        for (index, axis) in self.periodic.iter().enumerate() {
+            let axis = *axis as usize;
+            let key = format!("periodic[{index}]");
+            if axis >= dimension {
+                return Err(Fault::new(key, "is z in two dimensions", "x, y"));
+            }
+            if open[axis].contains(&true) {
+                return Err(Fault::new(key, "has an open side", "an axis without open sides"));
+            }
+            periodic[axis] = true;
+        }
+        Ok(Region::Box(Rectangle { bounds: Bounds { low, high }, dimension, open, periodic }))
     }
 }
 
@@ -328,6 +344,18 @@ mod tests {
         let Ok(Region::Box(room)) = room else { panic!("not a box") };
         assert_eq!(room.bounds.high, Vec3::new(0.02, 0.03, 0.04));
         assert_eq!(room.open, [[false, false], [false, false], [false, true]]);
+        let text = r#"box = { size = [1, 1, 1], periodic = ["x", "z"], open = ["y+"] }"#;
+        let wrapped = region(text, 3).expect("a periodic box");
+        assert_eq!(wrapped.cell().map(|cell| cell.periodic), Some([true, false, true]));
+        let walls: Vec<String> = wrapped.walls().into_iter().map(|(name, _)| name).collect();
+        assert_eq!(walls, ["y_low"]);
+        assert_eq!(wrapped.clearance(&Vec3::new(-5.0, 0.25, 7.0)), 0.25);
+        for (text, dimension) in [
+            (r#"box = { size = [1, 1, 1], periodic = ["x"], open = ["x-"] }"#, 3),
+            (r#"box = { size = [1, 1], periodic = ["z"] }"#, 2),
+        ] {
+            assert_eq!(region(text, dimension).expect_err(text).key, "box.periodic[0]");
+        }
         let Ok(Region::Box(flat)) =
             region(r#"box = { low = [-1, 0], high = [1, 3], open = ["top"] }"#, 2)
         else {

@@ -4,6 +4,7 @@
 pub mod arcs;
 pub mod balls;
 pub mod bounds;
+pub mod cell;
 pub mod collide;
 pub mod container;
 pub mod distance;
@@ -16,11 +17,13 @@ pub mod refine;
 pub mod region;
 #[cfg(test)]
 pub mod samples;
+pub mod shared;
 pub mod united;
 pub mod visible;
 
 pub use balls::Ball;
 pub use bounds::Bounds;
+pub use cell::Cell;
 pub use collide::Collider;
 pub use container::Container;
 pub use distance::{DistanceError, Nearest, SignedDistance, SurfacePoint};

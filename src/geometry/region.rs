@@ -7,7 +7,7 @@
 //! O(log triangles) for a mesh.
 
 use super::collide::Place;
-use super::{Bounds, Collider, Mesh, SignedDistance};
+use super::{Bounds, Cell, Collider, Mesh, SignedDistance};
 use crate::num::random::{Stream, uniform};
 use crate::num::{Fault, Rotation, Vec3};
 use std::f64::consts::{PI, TAU};
@@ -33,6 +33,8 @@ pub struct Rectangle {
     pub dimension: usize,
     /// `open[axis][0]`: no wall at the low side; `[1]`: none at the high side.
     pub open: [[bool; 2]; 3],
+    /// Axes along which the box repeats itself: no boundary there.
+    pub periodic: [bool; 3],
 }
 
 /// A regular prism about a cylinder.
@@ -105,6 +107,16 @@ impl Region {
         }
     }
 
+    /// How the region repeats itself, if it does.
+    pub fn cell(&self) -> Option<Cell> {
+        match self {
+            Self::Box(room) if room.periodic.contains(&true) => {
+                Some(Cell { bounds: room.bounds, periodic: room.periodic })
+            }
+            _ => None,
+        }
+    }
+
     /// Volume, m³; in two dimensions of the rectangle 1 m thick, so the same number as its area in m².
     pub fn volume(&self) -> f64 {
         match self {
@@ -121,7 +133,7 @@ impl Region {
     }
 
     /// Distance from `point` to the boundary, open sides included, m; positive
-    /// inside. Outside a box or cylinder the size is a lower bound.
+    /// inside. Periodic sides are no boundary. Outside a box or cylinder the size is a lower bound.
     pub fn clearance(&self, point: &Vec3) -> f64 {
         match self {
             Self::Box(room) => room.clearance(point, |_, _| true),
@@ -237,7 +249,7 @@ fn plane(axis: usize, high: bool, point: Vec3) -> (String, Surface) {
 impl Rectangle {
     fn clearance(&self, point: &Vec3, counts: impl Fn(usize, bool) -> bool) -> f64 {
         let mut least = f64::INFINITY;
-        for axis in 0..self.dimension {
+        for axis in (0..self.dimension).filter(|axis| !self.periodic[*axis]) {
             if counts(axis, false) {
                 least = least.min(point[axis] - self.bounds.low[axis]);
             }
@@ -251,7 +263,7 @@ impl Rectangle {
     fn walls(&self) -> Vec<(String, Surface)> {
         let sides = (0..self.dimension).flat_map(|axis| [(axis, false), (axis, true)]);
         sides
-            .filter(|&(axis, high)| !self.open[axis][usize::from(high)])
+            .filter(|&(axis, high)| !self.periodic[axis] && !self.open[axis][usize::from(high)])
             .map(|(axis, high)| {
                 let mut point = self.bounds.centre();
                 point[axis] = if high { self.bounds.high[axis] } else { self.bounds.low[axis] };
@@ -410,7 +422,7 @@ mod tests {
         let bounds = Bounds { low: Vec3::new(0.0, 0.0, -0.5), high: Vec3::new(1.0, 2.0, 0.5) };
         let mut open = [[false; 2]; 3];
         open[1][1] = true;
-        let region = Region::Box(Rectangle { bounds, dimension: 2, open });
+        let region = Region::Box(Rectangle { bounds, dimension: 2, open, periodic: [false; 3] });
         let names: Vec<String> = region.walls().into_iter().map(|(name, _)| name).collect();
         assert_eq!(names, ["x_low", "x_high", "y_low"]);
         let high = Vec3::new(0.5, 5.0, 0.0);

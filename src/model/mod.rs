@@ -24,7 +24,7 @@ pub use run::{Cost, Outcome, Run, SeriesRow, Touch};
 pub use state::{BodyState, Frame};
 pub use wall::{Motion, Wall, WallShape};
 
-use crate::geometry::Bounds;
+use crate::geometry::{Bounds, Cell};
 use crate::num::Vec3;
 use serde::{Deserialize, Serialize};
 
@@ -86,6 +86,8 @@ pub struct Model {
     pub local_damping: f64,
     /// The room that the bodies must not leave; a body outside ends the run as an outcome.
     pub domain: Bounds,
+    /// How space repeats itself, if it does; `domain` ends at its periodic sides.
+    pub periodic: Option<Cell>,
     /// Scheme, step and duration.
     pub plan: Plan,
 }
@@ -112,6 +114,20 @@ impl Model {
                 state.position + state.orientation * sphere.offset
             })
             .collect()
+    }
+
+    /// The way `way` between two places, in a periodic box that to the nearest image.
+    pub fn way(&self, way: Vec3) -> Vec3 {
+        self.periodic.map_or(way, |cell| cell.way(&way))
+    }
+
+    /// Whether `place` is outside the domain; along periodic axes nothing is.
+    pub fn is_outside(&self, place: &Vec3) -> bool {
+        (0..self.dimension.count()).any(|axis| {
+            let wraps = self.periodic.is_some_and(|cell| cell.periodic[axis]);
+            let inside = (self.domain.low[axis]..=self.domain.high[axis]).contains(&place[axis]);
+            !wraps && !inside
+        })
     }
 
     /// State of every body at time 0.

@@ -29,6 +29,8 @@ pub struct Needs {
     pub tangential_damping: bool,
     /// Local (non-viscous) damping.
     pub local_damping: bool,
+    /// Space repeats itself along some axes.
+    pub periodic: bool,
     /// Attraction in contact.
     pub cohesion: bool,
     /// Liquid bridges.
@@ -49,6 +51,8 @@ pub struct Needs {
     pub meshes: bool,
     /// At least one wall that translates.
     pub sliding_walls: bool,
+    /// At least one wall that seeks a force.
+    pub servo_walls: bool,
     /// At least one wall that rotates.
     pub turning_walls: bool,
     /// Bonds between bodies.
@@ -84,6 +88,7 @@ impl Needs {
             normal_damping: pairs().any(|c| c.cn > 0.0),
             tangential_damping: friction && pairs().any(|c| c.ct > 0.0),
             local_damping: model.local_damping > 0.0,
+            periodic: model.periodic.is_some(),
             cohesion: model.extra.any(|f| f.cohesion.is_some()),
             bridges: model.extra.any(|f| f.bridge.is_some()),
             molecular: model.extra.any(|f| {
@@ -97,7 +102,10 @@ impl Needs {
                 matches!(w.shape, WallShape::Plane { .. }) && w.shape.axis_plane().is_none()
             }),
             meshes: wall(&|w| matches!(w.shape, WallShape::Mesh { .. })),
-            sliding_walls: wall(&|w| matches!(w.motion, Motion::Translate { .. })),
+            sliding_walls: wall(&|w| {
+                matches!(w.motion, Motion::Translate { .. } | Motion::Oscillate { .. })
+            }),
+            servo_walls: wall(&|w| matches!(w.motion, Motion::Servo { .. })),
             turning_walls: wall(&|w| matches!(w.motion, Motion::Rotate { .. })),
             bonds: !model.bonds.is_empty(),
             bond_damping: model.bonds.iter().any(|bond| bond.viscosity > 0.0),
@@ -115,7 +123,7 @@ impl Needs {
     }
 
     /// Every need with its key, what it is for people, and whether this scene has it.
-    pub fn table(&self) -> [(&'static str, &'static str, bool); 26] {
+    pub fn table(&self) -> [(&'static str, &'static str, bool); 28] {
         [
             ("discs", "two dimensions (discs of unit thickness)", self.discs),
             ("spheres", "single spheres", self.spheres),
@@ -134,10 +142,12 @@ impl Needs {
             ("charges", "electrostatic forces", self.charges),
             ("rolling", "resistance to rolling", self.rolling),
             ("drag", "viscous drag on every sphere", self.drag),
+            ("periodic", "periodic box", self.periodic),
             ("planes", "plane walls along the axes", self.planes),
             ("oblique_planes", "oblique plane walls", self.oblique_planes),
             ("meshes", "mesh walls", self.meshes),
             ("sliding_walls", "walls that translate", self.sliding_walls),
+            ("servo_walls", "walls that seek a force", self.servo_walls),
             ("turning_walls", "walls that rotate", self.turning_walls),
             ("bonds", "bonds between bodies", self.bonds),
             ("bond_damping", "dashpots in bonds", self.bond_damping),

@@ -56,6 +56,20 @@ impl Frame {
         Self { step: 0, time: 0.0, centres, velocities, spins, forces, bodies }
     }
 
+    /// Brings every body whose centre of mass lies outside a periodic box home, its spheres with it.
+    pub fn bring_home(&mut self, model: &Model) {
+        let Some(cell) = &model.periodic else { return };
+        for (state, body) in self.bodies.iter_mut().zip(&model.bodies) {
+            let way = cell.home(&state.position);
+            if way != Vec3::zeros() {
+                state.position += way;
+                let range =
+                    body.first_sphere as usize..(body.first_sphere + body.sphere_count) as usize;
+                self.centres[range].iter_mut().for_each(|centre| *centre += way);
+            }
+        }
+    }
+
     /// Kinetic energy of translation and rotation, J.
     pub fn kinetic_energy(&self, model: &Model) -> f64 {
         self.bodies

@@ -3,6 +3,7 @@
 use crate::geometry::Mesh;
 use crate::num::{Rotation, Vec3};
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
 
 /// A wall of infinite mass.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -65,13 +66,36 @@ pub enum Motion {
         /// Angular speed, rad/s.
         rate: f64,
     },
+    /// Back and forth: x(t) = x(0) + A (sin(2π f t + φ) − sin φ).
+    Oscillate {
+        /// Amplitude A, m.
+        amplitude: Vec3,
+        /// Frequency f, Hz.
+        frequency: f64,
+        /// Phase φ at time 0, rad.
+        phase: f64,
+    },
+    /// Moves along a direction so that it pushes the bodies that way with a force; where it is
+    /// follows from the run.
+    Servo {
+        /// Unit vector along which it moves and pushes.
+        direction: Vec3,
+        /// Force on the bodies that it seeks, N.
+        force: f64,
+        /// Largest speed, m/s.
+        speed: f64,
+    },
 }
 
 impl Motion {
-    /// Where the wall point that was at `point` at time 0 is at `time`, s.
+    /// Where the wall point that was at `point` at time 0 is at `time`, s; of a servo wall where it was.
     pub fn place(&self, point: &Vec3, time: f64) -> Vec3 {
         match self {
-            Self::Still => *point,
+            Self::Still | Self::Servo { .. } => *point,
+            Self::Oscillate { amplitude, frequency, phase } => {
+                let angle = TAU * frequency * time + phase;
+                point + amplitude * (angle.sin() - phase.sin())
+            }
             Self::Translate { velocity } => point + velocity * time,
             Self::Rotate { origin, axis, rate } => {
                 let turn = Rotation::from_scaled_axis(axis * (rate * time));
@@ -80,9 +104,22 @@ impl Motion {
         }
     }
 
-    /// Velocity of the wall material at the place `here`, m/s.
+    /// Velocity of the wall material at the place `here` at `time`, m/s; of a servo wall its largest.
+    pub fn velocity_at(&self, here: &Vec3, time: f64) -> Vec3 {
+        match self {
+            Self::Oscillate { amplitude, frequency, phase } => {
+                amplitude * (TAU * frequency * (TAU * frequency * time + phase).cos())
+            }
+            _ => self.velocity(here),
+        }
+    }
+
+    /// Velocity of the wall material at the place `here`, m/s; the largest there is where it
+    /// changes with time.
     pub fn velocity(&self, here: &Vec3) -> Vec3 {
         match self {
+            Self::Oscillate { amplitude, frequency, .. } => amplitude * (TAU * frequency),
+            Self::Servo { direction, speed, .. } => direction * *speed,
             Self::Still => Vec3::zeros(),
             Self::Translate { velocity } => *velocity,
             Self::Rotate { origin, axis, rate } => axis.cross(&(here - origin)) * *rate,
@@ -119,12 +156,15 @@ mod tests {
             Motion::Still,
             Motion::Translate { velocity: Vec3::new(1.0, -2.0, 0.5) },
             Motion::Rotate { origin: Vec3::new(0.1, 0.0, 0.3), axis: Vec3::y(), rate: 3.0 },
+            Motion::Oscillate { amplitude: Vec3::new(0.1, 0.0, -0.2), frequency: 1.5, phase: 0.4 },
         ];
         let start = Vec3::new(0.4, 0.2, -0.1);
         for motion in motions {
             let (here, h) = (motion.place(&start, 0.7), 1e-6);
             let slope = (motion.place(&start, 0.7 + h) - motion.place(&start, 0.7 - h)) / (2.0 * h);
-            assert!((slope - motion.velocity(&here)).norm() < 1e-8, "{motion:?}");
+            assert!((slope - motion.velocity_at(&here, 0.7)).norm() < 1e-8, "{motion:?}");
+            assert!((motion.place(&start, 0.0) - start).norm() < 1e-15);
+            assert!(slope.norm() < motion.velocity(&here).norm() + 1e-8);
         }
     }
 }

@@ -6,7 +6,8 @@
 //! π/4 and π/(2√3) of the plane, π/6 and π/(3√2) of space far from the walls.
 //!
 //! Lengths in m; p pitch, r largest bounding radius. Cost O(nodes visited) with
-//! one clearance query a node for a cylinder or mesh, none for a box. Grains
+//! one clearance query a node for a cylinder or mesh, none for a box. Along periodic axes
+//! the array is stretched so that whole steps (an even number of shifted rows or layers) fill the box. Grains
 //! beyond the last node are dropped and reported.
 
 use super::occupied::{clump_radius, placement};
@@ -125,20 +126,46 @@ struct Nodes {
     room: Bounds,
     radius: f64,
     gap: f64,
+    /// How many steps fill the box along each periodic axis.
+    whole: [Option<usize>; 3],
 }
 
 impl Nodes {
     fn new(pattern: Pattern, region: &Region, radius: f64, gap: f64) -> Self {
         let room = region.bounds().grown(-(radius + gap));
-        Self { pattern, dimension: region.dimension(), room, radius, gap }
+        let dimension = region.dimension();
+        let mut nodes = Self { pattern, dimension, room, radius, gap, whole: [None; 3] };
+        let Some(cell) = region.cell() else { return nodes };
+        let (size, (row, layer)) = (cell.bounds.size(), nodes.least_steps());
+        for axis in (0..dimension).filter(|axis| cell.periodic[*axis]) {
+            let step = [nodes.pitch(), row, layer][axis];
+            let fits = ((size[axis] + SLACK * radius) / step) as usize;
+            // Shifted rows and layers alternate: an odd one would meet its own image's neighbour.
+            let even = pattern == Pattern::Staggered && axis > 0;
+            nodes.whole[axis] = Some(if even { fits - fits % 2 } else { fits });
+            (nodes.room.low[axis], nodes.room.high[axis]) =
+                (cell.bounds.low[axis], cell.bounds.high[axis]);
+        }
+        nodes
+    }
+
+    /// Distance between nodes along x, between rows and between layers; along periodic
+    /// axes a little more than the least, so that whole steps fill the box.
+    fn spacing(&self) -> [f64; 3] {
+        let (row, layer) = self.least_steps();
+        let least = [self.pitch(), row, layer];
+        std::array::from_fn(|axis| match self.whole[axis] {
+            Some(steps) if steps > 0 => self.room.size()[axis] / steps as f64,
+            _ => least[axis],
+        })
     }
 
     fn pitch(&self) -> f64 {
         2.0 * self.radius + self.gap
     }
 
-    /// Distances between rows and between layers.
-    fn steps(&self) -> (f64, f64) {
+    /// Least distances between rows and between layers.
+    fn least_steps(&self) -> (f64, f64) {
         match self.pattern {
             Pattern::Square => (self.pitch(), self.pitch()),
             Pattern::Staggered => {
@@ -149,28 +176,31 @@ impl Nodes {
 
     /// How many steps from `from` stay inside on `axis`, the first node included.
     fn count(&self, axis: usize, shift: f64, step: f64) -> usize {
+        if let Some(whole) = self.whole[axis] {
+            return whole;
+        }
         let length = self.room.size()[axis] - shift + SLACK * self.radius;
         if step > 0.0 && length >= 0.0 { (length / step) as usize + 1 } else { 0 }
     }
 
     fn iter(&self) -> impl Iterator<Item = Vec3> + '_ {
-        let (row_step, layer_step) = self.steps();
+        let [pitch, row_step, layer_step] = self.spacing();
         let layers = if self.dimension == 2 { 1 } else { self.count(2, 0.0, layer_step) };
         (0..layers).flat_map(move |layer| {
             let odd_layer = self.pattern == Pattern::Staggered && layer % 2 == 1;
             // A sphere of layer B lies in the hollow of three spheres of layer A.
-            let y_shift = if odd_layer { self.pitch() * (1.0_f64 / 12.0).sqrt() } else { 0.0 };
+            let y_shift = if odd_layer { row_step / 3.0 } else { 0.0 };
             let rows = self.count(1, y_shift, row_step);
             (0..rows).flat_map(move |row| {
                 let odd = self.pattern == Pattern::Staggered && (row % 2 == 1) != odd_layer;
-                let x_shift = if odd { 0.5 * self.pitch() } else { 0.0 };
-                (0..self.count(0, x_shift, self.pitch())).map(move |column| {
+                let x_shift = if odd { 0.5 * pitch } else { 0.0 };
+                (0..self.count(0, x_shift, pitch)).map(move |column| {
                     let z = match self.dimension {
                         2 => 0.0,
                         _ => self.room.low.z + layer_step * layer as f64,
                     };
                     Vec3::new(
-                        self.room.low.x + x_shift + self.pitch() * column as f64,
+                        self.room.low.x + x_shift + pitch * column as f64,
                         self.room.low.y + y_shift + row_step * row as f64,
                         z,
                     )
@@ -188,7 +218,7 @@ impl Nodes {
 
 #[cfg(test)]
 mod tests {
-    use super::super::samples::{brute_force, of, room, sphere};
+    use super::super::samples::{brute_force, of, periodic_room, room, sphere};
     use super::super::{Method, Packing, pack};
     use super::*;
     use crate::geometry::region::CylinderRegion;
@@ -254,6 +284,33 @@ mod tests {
         // Six neighbours inside, five on faces, four on edges, three in corners.
         let contacts = 6.0 * 512.0 + 5.0 * 384.0 + 4.0 * 96.0 + 3.0 * 8.0;
         assert!((packing.measures.coordination - contacts / 1000.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn lattices_go_on_across_periodic_sides() {
+        let cases = [
+            (Pattern::Square, 6.0, PI / 6.0, [1.0, 1.0, 1.0]),
+            // Ten pitches, ten rows and twelve layers of a hexagonal close packing.
+            (
+                Pattern::Staggered,
+                12.0,
+                PI / 18.0_f64.sqrt(),
+                [1.0, 0.75_f64.sqrt(), 1.2 * (2.0 / 3.0_f64).sqrt()],
+            ),
+        ];
+        for (pattern, touching, fraction, size) in cases {
+            let clumps = vec![sphere(0.05, 3); 1300];
+            let grains = of(&clumps);
+            let region = periodic_room(&size, [true; 3]);
+            let packing = lay(&grains, &region, array(pattern));
+            assert!((1.0 - packing.measures.porosity - fraction).abs() < 1e-6, "{pattern:?}");
+            assert!((packing.measures.coordination - touching).abs() < 1e-9, "{pattern:?}");
+            // A box that is a little larger is filled with as many, farther apart.
+            let wider = periodic_room(&size.map(|edge| edge * 1.03), [true; 3]);
+            let loose = lay(&grains, &wider, array(pattern));
+            assert_eq!(loose.placements.len(), packing.placements.len());
+            assert!(brute_force(&loose, &grains, &wider).0 > 2e-3);
+        }
     }
 
     #[test]

@@ -220,23 +220,27 @@ impl<'a> Rounds<'a> {
         })
     }
 
-    fn find_pairs(&mut self) {
-        for centre in &mut self.centres {
-            *centre = self.space.wrap(centre);
+    /// Finds pairs about the places `back` of the last move before the present ones. Balls swing to
+    /// and fro from round to round, so lists about the middle of the swing (1/2) last several times as long.
+    fn find_pairs(&mut self, back: f64) {
+        self.found_at.clear();
+        for (centre, last) in self.centres.iter_mut().zip(&self.moves) {
+            let middle = self.space.wrap(&(*centre - last * back));
+            *centre = middle + last * back;
+            self.found_at.push(middle);
         }
-        self.pairs.find(self.space, &self.centres, &self.radii, self.outer, self.skin);
+        self.pairs.find(self.space, &self.found_at, &self.radii, self.outer, self.skin);
         self.beside_walls.clear();
-        for (i, centre) in self.centres.iter().enumerate() {
-            if self.space.clearance(centre) < self.outer * self.radii[i] + self.skin {
+        for (i, middle) in self.found_at.iter().enumerate() {
+            if self.space.clearance(middle) < self.outer * self.radii[i] + self.skin {
                 self.beside_walls.push(i as u32);
             }
         }
-        self.found_at.clone_from(&self.centres);
     }
 
     /// The factor at which no balls overlap.
     fn closest(&mut self) -> f64 {
-        self.find_pairs();
+        self.find_pairs(0.0);
         let largest = self.radii.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
         // Pairs beyond the skin are not in the list.
         let mut inner = self.outer + 0.5 * self.skin / largest;
@@ -257,7 +261,10 @@ impl<'a> Rounds<'a> {
     /// or at the outer radii; returns the factor at which they did not overlap before the move.
     fn round(&mut self, enough: f64) -> f64 {
         if self.stale {
-            self.find_pairs();
+            // Half a move must leave room for further moves.
+            let limit = (0.4 * self.skin).powi(2);
+            let short = self.moves.iter().all(|last| 0.25 * last.norm_squared() < limit);
+            self.find_pairs(if short { 0.5 } else { 0.0 });
         }
         const STRENGTH: f64 = 0.5;
         let mut inner = f64::INFINITY;

@@ -10,10 +10,10 @@
 use super::occupied::placed_balls;
 use super::{Grain, Measures, Placement};
 use crate::geometry::grid::near_pairs;
-use crate::geometry::{BallGrid, Region};
+use crate::geometry::{BallGrid, Cell, Region};
 use crate::num::Vec3;
 use crate::num::random::stream;
-use std::cell::Cell;
+use std::cell;
 use std::f64::consts::PI;
 
 /// Who touches whom.
@@ -36,13 +36,27 @@ impl Contacts {
 }
 
 /// Contacts among spheres: `centres` and `radii` in m, `body[i]` the body that
-/// sphere i belongs to (arrays of one length), `gap_tolerance` the gap in m up to which bodies touch.
+/// sphere i belongs to (arrays of one length), `gap_tolerance` the gap in m up to which bodies touch,
+/// `cell` how space repeats itself.
 ///
 /// Works on any set of spheres, so states of a run can be measured too.
-pub fn contacts_of(centres: &[Vec3], radii: &[f64], body: &[u32], gap_tolerance: f64) -> Contacts {
+pub fn contacts_of(
+    centres: &[Vec3],
+    radii: &[f64],
+    body: &[u32],
+    gap_tolerance: f64,
+    cell: Option<&Cell>,
+) -> Contacts {
+    if let Some(cell) = cell {
+        let mean = crate::num::statistics::mean(radii).unwrap_or(0.0);
+        let largest = radii.iter().copied().fold(0.0, f64::max);
+        let reach = 2.0 * largest + gap_tolerance.max(2.0 * mean);
+        let (centres, radii, body) = with_images(centres, radii, body, cell, reach);
+        return contacts_of(&centres, &radii, &body, gap_tolerance, None);
+    }
     let mean_diameter = 2.0 * crate::num::statistics::mean(radii).unwrap_or(0.0);
     // The search for the least gap narrows as it finds smaller ones.
-    let least = Cell::new(mean_diameter.max(gap_tolerance));
+    let least = cell::Cell::new(mean_diameter.max(gap_tolerance));
     let (mut found, mut worst_overlap) = (false, 0.0_f64);
     let mut pairs = Vec::new();
     let reach = || least.get().max(gap_tolerance + 1e-12 * mean_diameter);
@@ -62,6 +76,27 @@ pub fn contacts_of(centres: &[Vec3], radii: &[f64], body: &[u32], gap_tolerance:
     Contacts { pairs, worst_overlap, least_gap: found.then(|| least.get()) }
 }
 
+/// The spheres, each at home, and all their images no farther than `reach` [m] outside the cell, after them.
+pub fn with_images(
+    centres: &[Vec3],
+    radii: &[f64],
+    body: &[u32],
+    cell: &Cell,
+    reach: f64,
+) -> (Vec<Vec3>, Vec<f64>, Vec<u32>) {
+    let home = |centre: &Vec3| centre + cell.home(centre);
+    let mut all = (centres.iter().map(home).collect::<Vec<_>>(), radii.to_vec(), body.to_vec());
+    for index in 0..centres.len() {
+        let centre = all.0[index];
+        cell.images(&centre, reach, |way| {
+            all.0.push(centre + way);
+            all.1.push(radii[index]);
+            all.2.push(body[index]);
+        });
+    }
+    all
+}
+
 /// Share of the region that no sphere covers, and its standard error, by `points` random points.
 pub fn sampled_porosity(
     centres: &[Vec3],
@@ -70,8 +105,15 @@ pub fn sampled_porosity(
     points: u32,
 ) -> Option<(f64, f64)> {
     let mut grid = BallGrid::new(radii.iter().copied().fold(f64::INFINITY, f64::min));
+    let cell = region.cell();
     for (centre, &radius) in centres.iter().zip(radii) {
-        grid.insert(*centre, radius);
+        let home = cell.map_or(*centre, |cell| centre + cell.home(centre));
+        grid.insert(home, radius);
+        if let Some(cell) = &cell {
+            cell.images(&home, radius, |way| {
+                grid.insert(home + way, radius);
+            });
+        }
     }
     let mut source = stream(0, "pack.porosity", 0);
     let mut free = 0_u32;
@@ -109,7 +151,7 @@ pub fn measure(placements: &[Placement], grains: &[Grain], region: &Region) -> M
     }
     let bodies = placements.len();
     let gap_tolerance = if bodies == 0 { 0.0 } else { 0.01 * diameters / bodies as f64 };
-    let contacts = contacts_of(&centres, &radii, &body, gap_tolerance);
+    let contacts = contacts_of(&centres, &radii, &body, gap_tolerance, region.cell().as_ref());
     let container_volume = region.volume();
     let exact = (1.0 - solid / container_volume, 0.0);
     let (porosity, porosity_error) = if inside && contacts.worst_overlap <= ROUNDING {
@@ -147,7 +189,7 @@ mod tests {
             let radii: Vec<f64> =
                 (0..count).map(|_| 10.0_f64.powf(uniform(&mut source, -2.5, -1.0))).collect();
             let body: Vec<u32> = (0..count as u32).map(|i| i / 2).collect();
-            let found = contacts_of(&centres, &radii, &body, tolerance);
+            let found = contacts_of(&centres, &radii, &body, tolerance, None);
             let (mut pairs, mut worst, mut least) = (Vec::new(), 0.0_f64, f64::INFINITY);
             for i in 0..count {
                 for j in (0..i).filter(|&j| body[i] != body[j]) {
@@ -169,14 +211,14 @@ mod tests {
 
     #[test]
     fn few_bodies_have_no_gap() {
-        let none = contacts_of(&[], &[], &[], 0.0);
+        let none = contacts_of(&[], &[], &[], 0.0, None);
         assert_eq!((none.pairs.len(), none.worst_overlap, none.least_gap), (0, 0.0, None));
         let far = [Vec3::zeros(), Vec3::new(10.0, 0.0, 0.0)];
-        assert_eq!(contacts_of(&far, &[1.0, 1.0], &[0, 1], 0.0).least_gap, None);
-        let near = contacts_of(&far, &[4.0, 4.5], &[0, 1], 0.0);
+        assert_eq!(contacts_of(&far, &[1.0, 1.0], &[0, 1], 0.0, None).least_gap, None);
+        let near = contacts_of(&far, &[4.0, 4.5], &[0, 1], 0.0, None);
         assert_eq!(near.least_gap, Some(1.5));
         assert_eq!(near.coordination(2), 0.0);
-        let touching = contacts_of(&far, &[5.0, 5.0], &[0, 1], 0.0);
+        let touching = contacts_of(&far, &[5.0, 5.0], &[0, 1], 0.0, None);
         assert_eq!(touching.coordination(2), 1.0);
     }
 

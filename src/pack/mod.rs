@@ -5,6 +5,7 @@
 
 pub mod apollonian;
 pub mod array;
+pub mod bed;
 mod dress;
 pub mod drop_and_roll;
 pub mod explosive_repulsion;
@@ -17,6 +18,8 @@ pub mod moving_boundary;
 mod occupied;
 pub mod pairs;
 pub mod placed;
+pub mod probe;
+pub mod radial;
 pub mod radius_expansion;
 pub mod random;
 pub mod random_apollonian;
@@ -26,13 +29,16 @@ mod samples;
 pub mod saturation;
 pub mod scatter;
 pub mod soft;
+pub mod solids;
 pub mod space;
+pub mod survey;
 mod target;
 pub mod touch_and_stop;
 pub mod zones;
 
 pub use apollonian::Apollonian;
 pub use array::Array;
+pub use bed::{Bed, Push, Spheres};
 pub use drop_and_roll::DropAndRoll;
 pub use explosive_repulsion::ExplosiveRepulsion;
 pub use force_biased::ForceBiased;
@@ -41,9 +47,11 @@ pub use growing::{PackingLimitedGrowth, SimultaneousGrowth};
 pub use measure::{Contacts, contacts_of};
 pub use moving_boundary::MovingBoundary;
 pub use placed::Placed;
+pub use probe::Probe;
 pub use radius_expansion::RadiusExpansion;
 pub use random::Random;
 pub use random_apollonian::RandomApollonian;
+pub use survey::Reading;
 
 use crate::clump::Clump;
 use crate::format::error::FormatError;
@@ -274,6 +282,21 @@ pub fn pack(
             );
         }
     }
+    let reach = grains.iter().map(occupied::clump_radius).fold(0.0, f64::max);
+    if let Some(axis) = region.cell().and_then(|cell| cell.too_short(reach)) {
+        let problem = format!(
+            "is too short along {} for grains of bounding radius {reach} m",
+            ["x", "y", "z"][axis]
+        );
+        let allowed = format!("periodic edges of at least {} m", 4.0 * reach);
+        return Err(Fault::new("container", problem, allowed).into());
+    }
+    let wraps = matches!(method, Method::Random(_) | Method::Array(_) | Method::Placed(_));
+    if region.cell().is_some() && !wraps {
+        let problem = "does not fill periodic boxes";
+        let allowed = "random, array or placed, or a box without `periodic`";
+        return Err(Fault::new(method.key(), problem, allowed).into());
+    }
     let mut laid = match method {
         Method::Random(parameters) => parameters.lay(grains, families, region, seed, job),
         Method::Array(parameters) => parameters.lay(grains, region, seed, job),
@@ -306,7 +329,9 @@ pub fn pack_freely(
     method: &Placed,
     job: &Job,
 ) -> Result<Packing, PackError> {
-    let open_box = |bounds| Region::Box(Rectangle { bounds, dimension, open: [[true; 2]; 3] });
+    let open_box = |bounds| {
+        Region::Box(Rectangle { bounds, dimension, open: [[true; 2]; 3], periodic: [false; 3] })
+    };
     let far = Bounds { low: Vec3::repeat(-FAR), high: Vec3::repeat(FAR) };
     let method = Method::Placed(method.clone());
     let mut packing = pack(grains, families, &open_box(far), &method, 0, job)?;

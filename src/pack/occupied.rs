@@ -7,7 +7,7 @@
 use super::{Grain, Placement};
 use crate::geometry::collide::Place;
 use crate::geometry::region::SolidRoom;
-use crate::geometry::{Ball, BallGrid, Bounds, Collider, Region};
+use crate::geometry::{Ball, BallGrid, Bounds, Cell, Collider, Region};
 use crate::num::{Rotation, Vec3};
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -50,6 +50,8 @@ pub struct Occupied<'a> {
     grid: BallGrid,
     /// Grain and place behind each bounding sphere.
     placed: Vec<(usize, Place)>,
+    /// How space repeats itself.
+    cell: Option<Cell>,
 }
 
 impl<'a> Occupied<'a> {
@@ -68,6 +70,7 @@ impl<'a> Occupied<'a> {
             radii,
             grid,
             placed: Vec::new(),
+            cell: region.cell(),
         }
     }
 
@@ -106,7 +109,17 @@ impl<'a> Occupied<'a> {
             .collect();
         let grid = BallGrid::new(radii.iter().copied().fold(f64::INFINITY, f64::min));
         let room = Some(region.for_solids(unit));
-        Self { grains, region, gap, bodies, room, radii, grid, placed: Vec::new() }
+        Self {
+            grains,
+            region,
+            gap,
+            bodies,
+            room,
+            radii,
+            grid,
+            placed: Vec::new(),
+            cell: region.cell(),
+        }
     }
 
     /// Bounds of `grain`, turned, about its centre of mass.
@@ -166,8 +179,18 @@ impl<'a> Occupied<'a> {
         }
     }
 
-    /// Puts `grain` there.
+    /// Puts `grain` there, and its images where they can be met.
     pub fn add(&mut self, grain: usize, at: Place) {
+        self.add_one(grain, at);
+        let Some(cell) = self.cell else { return };
+        let largest = self.radii.iter().copied().fold(0.0, f64::max);
+        let reach = self.radii[grain] + largest + self.gap;
+        let mut images = Vec::new();
+        cell.images(&at.0, reach, |way| images.push((at.0 + way, at.1)));
+        images.into_iter().for_each(|image| self.add_one(grain, image));
+    }
+
+    fn add_one(&mut self, grain: usize, at: Place) {
         if self.bodies.is_empty() {
             for ball in world_balls(&self.grains[grain].clump.balls, &at) {
                 self.grid.insert(ball.centre, ball.radius);

@@ -3,7 +3,9 @@
 //! Hierarchical cells (Ogarko & Luding 2012, Comput. Phys. Commun. 183, 931): balls are
 //! sorted into levels by powers of 2 of the radius, each level into a dense
 //! array of cells that are as wide as its balls reach and no more than twice as many as its
-//! balls. A ball looks into its own level and all coarser ones. Sides may repeat; each pair
+//! balls. Within a level each cell looks at those ahead of it; a ball looks into all finer levels, where
+//! the cells that it covers lie in rows one after another in memory (the other way round every small ball would
+//! look at eight cells of each coarser level). Sides may repeat; each pair
 //! carries the shift of its image, so forces need no nearest-image search.
 //!
 //! Cost O(n · levels + pairs), whatever the ratio of sizes, for balls spread evenly; memory O(n + pairs).
@@ -30,7 +32,6 @@ pub struct Pairs {
     /// Steps from one image to another, m; number 13 is none.
     pub shifts: Vec<Vec3>,
     levels: Vec<Level>,
-    level_of: Vec<u8>,
 }
 
 #[derive(Debug, Default)]
@@ -39,9 +40,30 @@ struct Level {
     members: Vec<u32>,
     count: [usize; 3],
     edge: Vec3,
-    /// First place in `sorted` of each cell, and the end.
+    /// 1/m.
+    per_edge: Vec3,
+    /// First place in `balls` of each cell, and the end.
     first: Vec<u32>,
-    sorted: Vec<u32>,
+    /// Cell by cell.
+    balls: Vec<Seen>,
+    /// Cell of each of them along each axis.
+    cells: Vec<[u32; 3]>,
+}
+
+/// A ball as the search sees it: all it needs side by side.
+#[derive(Debug, Clone, Copy, Default)]
+struct Seen {
+    centre: Vec3,
+    radius: f64,
+    number: u32,
+}
+
+/// What all searches of one call have in common.
+struct Search<'a> {
+    space: &'a Space<'a>,
+    shifts: &'a [Vec3],
+    stretch: f64,
+    skin: f64,
 }
 
 impl Pairs {
@@ -69,13 +91,15 @@ impl Pairs {
             ));
         }
         self.sort_into_levels(radii);
-        for level in &mut self.levels {
-            level.fill(space, centres, stretch, skin);
+        for level in self.levels.iter_mut().filter(|level| !level.members.is_empty()) {
+            level.fill(space, centres, radii, stretch, skin);
         }
-        for i in 0..radii.len() {
-            for finer in usize::from(self.level_of[i])..self.levels.len() {
-                if !self.levels[finer].members.is_empty() {
-                    self.look(space, i, finer, centres, radii, stretch, skin);
+        let search = Search { space, shifts: &self.shifts, stretch, skin };
+        for (coarse, level) in self.levels.iter().enumerate() {
+            level.among_themselves(&search, &mut self.list);
+            for finer in self.levels[..coarse].iter().filter(|finer| !finer.members.is_empty()) {
+                for ball in &level.balls {
+                    finer.near(&search, ball, &mut self.list);
                 }
             }
         }
@@ -83,9 +107,9 @@ impl Pairs {
 
     fn sort_into_levels(&mut self, radii: &[f64]) {
         let smallest = radii.iter().copied().fold(f64::INFINITY, f64::min);
-        self.level_of.clear();
         for level in &mut self.levels {
             level.members.clear();
+            level.balls.clear();
             level.largest = 0.0;
         }
         for (i, &radius) in radii.iter().enumerate() {
@@ -93,96 +117,20 @@ impl Pairs {
             while self.levels.len() <= level {
                 self.levels.push(Level::default());
             }
-            self.level_of.push(level as u8);
             self.levels[level].members.push(i as u32);
             self.levels[level].largest = self.levels[level].largest.max(radius);
         }
     }
-
-    #[allow(clippy::too_many_arguments)]
-    fn look(
-        &mut self,
-        space: &Space,
-        i: usize,
-        level: usize,
-        centres: &[Vec3],
-        radii: &[f64],
-        stretch: f64,
-        skin: f64,
-    ) {
-        let own = usize::from(self.level_of[i]) == level;
-        let level = &self.levels[level];
-        let reach = stretch * (radii[i] + level.largest) + skin;
-        let here = centres[i];
-        let spans: [Span; 3] = std::array::from_fn(|axis| {
-            let x = here[axis] - space.bounds.low[axis];
-            let low = ((x - reach) / level.edge[axis]).floor() as i64;
-            let high = ((x + reach) / level.edge[axis]).floor() as i64;
-            Span::new(low, high, level.count[axis], space.periodic[axis])
-        });
-        for x in spans[0].cells() {
-            let (cx, sx) = spans[0].wrapped(x);
-            for y in spans[1].cells() {
-                let (cy, sy) = spans[1].wrapped(y);
-                for z in spans[2].cells() {
-                    let (cz, sz) = spans[2].wrapped(z);
-                    let cell = (cx * level.count[1] + cy) * level.count[2] + cz;
-                    let code = sx * 9 + sy * 3 + sz;
-                    // The other ball is seen at +shift, so the way to it is centre − (other + shift).
-                    let seen = here - self.shifts[usize::from(code)];
-                    let range = level.first[cell] as usize..level.first[cell + 1] as usize;
-                    for &j in &level.sorted[range] {
-                        let j_at = j as usize;
-                        if own && j_at <= i {
-                            continue;
-                        }
-                        let limit = stretch * (radii[i] + radii[j_at]) + skin;
-                        if (seen - centres[j_at]).norm_squared() < limit * limit {
-                            self.list.push(Pair { i: i as u32, j, shift: 26 - code });
-                        }
-                    }
-                }
-            }
-        }
-    }
 }
 
-/// Cells along one axis that a ball looks into.
-struct Span {
-    low: i64,
-    high: i64,
-    count: i64,
-    periodic: bool,
-}
-
-impl Span {
-    fn new(low: i64, high: i64, count: usize, periodic: bool) -> Self {
-        let count = count as i64;
-        match periodic {
-            true => Self { low, high: high.min(low + 3 * count - 1), count, periodic },
-            false => {
-                let clamp = |c: i64| c.clamp(0, count - 1);
-                Self { low: clamp(low), high: clamp(high), count, periodic }
-            }
-        }
-    }
-
-    fn cells(&self) -> std::ops::RangeInclusive<i64> {
-        self.low..=self.high
-    }
-
-    /// Cell inside the box, and the digit of the shift: 0 below, 1 inside, 2 above.
-    fn wrapped(&self, cell: i64) -> (usize, u8) {
-        if !self.periodic {
-            return (cell as usize, 1);
-        }
-        let turns = cell.div_euclid(self.count);
-        ((cell - turns * self.count) as usize, (1 + turns.clamp(-1, 1)) as u8)
-    }
+/// The whole number at or below `x`, which is far smaller than 2⁶³ in size.
+fn floor(x: f64) -> i64 {
+    let cut = x as i64;
+    cut - i64::from(x < cut as f64)
 }
 
 impl Level {
-    fn fill(&mut self, space: &Space, centres: &[Vec3], stretch: f64, skin: f64) {
+    fn fill(&mut self, space: &Space, centres: &[Vec3], radii: &[f64], stretch: f64, skin: f64) {
         let size = space.bounds.size();
         let axes = space.dimension;
         let wanted = 2.0 * stretch * self.largest + skin;
@@ -195,30 +143,169 @@ impl Level {
                 if axis < axes { (size[axis] / edge).floor().clamp(1.0, 4096.0) } else { 1.0 };
             self.count[axis] = fits as usize;
             self.edge[axis] = if axis < axes { size[axis] / fits } else { f64::MAX };
+            self.per_edge[axis] = if axis < axes { fits / size[axis] } else { 0.0 };
         }
         let cells = self.count.iter().product::<usize>();
         self.first.clear();
         self.first.resize(cells + 1, 0);
-        let cell_of = |centre: &Vec3| {
-            let at: [usize; 3] = std::array::from_fn(|axis| {
-                let c = ((centre[axis] - space.bounds.low[axis]) / self.edge[axis]).floor();
-                (c.max(0.0) as usize).min(self.count[axis] - 1)
-            });
-            (at[0] * self.count[1] + at[1]) * self.count[2] + at[2]
+        let cell_of = |centre: &Vec3| -> [u32; 3] {
+            std::array::from_fn(|axis| {
+                let c = floor((centre[axis] - space.bounds.low[axis]) * self.per_edge[axis]);
+                c.clamp(0, self.count[axis] as i64 - 1) as u32
+            })
+        };
+        let number = |at: &[u32; 3]| {
+            (at[0] as usize * self.count[1] + at[1] as usize) * self.count[2] + at[2] as usize
         };
         for &i in &self.members {
-            self.first[cell_of(&centres[i as usize]) + 1] += 1;
+            self.first[number(&cell_of(&centres[i as usize])) + 1] += 1;
         }
         for cell in 0..cells {
             self.first[cell + 1] += self.first[cell];
         }
-        self.sorted.clear();
-        self.sorted.resize(self.members.len(), 0);
+        self.balls.clear();
+        self.balls.resize(self.members.len(), Seen::default());
+        self.cells.clear();
+        self.cells.resize(self.members.len(), [0; 3]);
         let mut free = self.first.clone();
         for &i in &self.members {
-            let place = &mut free[cell_of(&centres[i as usize])];
-            self.sorted[*place as usize] = i;
+            let centre = centres[i as usize];
+            let cell = cell_of(&centre);
+            let place = &mut free[number(&cell)];
+            self.balls[*place as usize] = Seen { centre, radius: radii[i as usize], number: i };
+            self.cells[*place as usize] = cell;
             *place += 1;
+        }
+    }
+
+    /// Pairs of balls of this level, each once: every cell with those ahead of it. Where sides
+    /// repeat after fewer than three cells, or balls reach farther than the next, with all.
+    fn among_themselves(&self, search: &Search, list: &mut Vec<Pair>) {
+        let axes = search.space.dimension;
+        let reach = 2.0 * search.stretch * self.largest + search.skin;
+        let plain = (0..axes).all(|axis| {
+            (!search.space.periodic[axis] || self.count[axis] >= 3)
+                && (self.count[axis] == 1 || reach <= self.edge[axis])
+        });
+        if !plain {
+            for ball in &self.balls {
+                let from = list.len();
+                self.near(search, ball, list);
+                // Each pair is seen from both sides; a ball also meets itself and its images.
+                let mut kept = from;
+                for at in from..list.len() {
+                    if list[at].j > list[at].i {
+                        list[kept] = list[at];
+                        kept += 1;
+                    }
+                }
+                list.truncate(kept);
+            }
+            return;
+        }
+        const AHEAD: [[i64; 2]; 4] = [[0, 1], [1, -1], [1, 0], [1, 1]];
+        for (place, ball) in self.balls.iter().enumerate() {
+            let at = self.cells[place].map(i64::from);
+            let own = (at[0] as usize * self.count[1] + at[1] as usize) * self.count[2];
+            let end = self.first[own + at[2] as usize + 1] as usize;
+            self.scan(search, ball, place + 1..end, 13, list);
+            self.column(search, ball, [at[0], at[1]], [at[2] + 1, at[2] + 1], list);
+            for [x, y] in AHEAD {
+                let column = [at[0] + x, at[1] + y];
+                self.column(search, ball, column, [at[2] - 1, at[2] + 1], list);
+            }
+        }
+    }
+
+    /// Pairs of `ball`, of a coarser level or this one, with all near balls of this level. Balls outside a
+    /// box that does not repeat lie in its outermost cells.
+    fn near(&self, search: &Search, ball: &Seen, list: &mut Vec<Pair>) {
+        let reach = search.stretch * (ball.radius + self.largest) + search.skin;
+        let span = |axis: usize| {
+            let x = ball.centre[axis] - search.space.bounds.low[axis];
+            let low = floor((x - reach) * self.per_edge[axis]);
+            let high = floor((x + reach) * self.per_edge[axis]);
+            match search.space.periodic[axis] {
+                true => [low, high.min(low + 3 * self.count[axis] as i64 - 1)],
+                false => [low, high].map(|cell| cell.clamp(0, self.count[axis] as i64 - 1)),
+            }
+        };
+        let (xs, ys, zs) = (span(0), span(1), span(2));
+        for x in xs[0]..=xs[1] {
+            for y in ys[0]..=ys[1] {
+                self.column(search, ball, [x, y], zs, list);
+            }
+        }
+    }
+
+    /// Pairs of `ball` with the balls in cells `zs[0]..=zs[1]` of a column; cells beyond sides that repeat are
+    /// those of the other side, beyond others there is nothing.
+    fn column(
+        &self,
+        search: &Search,
+        ball: &Seen,
+        at: [i64; 2],
+        zs: [i64; 2],
+        list: &mut Vec<Pair>,
+    ) {
+        let mut code = 0;
+        let mut column = 0;
+        for (axis, &cell) in at.iter().enumerate() {
+            let count = self.count[axis] as i64;
+            let (inside, digit) = self.wrapped(search, axis, cell);
+            if !(0..count).contains(&inside) {
+                return;
+            }
+            code = 3 * code + digit;
+            column = column * self.count[axis] + inside as usize;
+        }
+        let count = self.count[2] as i64;
+        let base = column * self.count[2];
+        let mut z = zs[0];
+        if !search.space.periodic[2] {
+            z = z.max(0);
+        }
+        while z <= zs[1] {
+            let (inside, digit) = self.wrapped(search, 2, z);
+            if inside >= count {
+                return;
+            }
+            // All cells up to the next side lie one after another.
+            let last = (inside + zs[1] - z).min(count - 1);
+            let from = self.first[base + inside as usize] as usize;
+            let to = self.first[base + last as usize + 1] as usize;
+            self.scan(search, ball, from..to, 3 * code + digit, list);
+            z += last - inside + 1;
+        }
+    }
+
+    /// Cell inside the box, and the digit of the shift: 0 below, 1 inside, 2 above.
+    fn wrapped(&self, search: &Search, axis: usize, cell: i64) -> (i64, usize) {
+        let count = self.count[axis] as i64;
+        if !search.space.periodic[axis] || (0..count).contains(&cell) {
+            return (cell, 1);
+        }
+        let turns = cell.div_euclid(count);
+        (cell - turns * count, (1 + turns.clamp(-1, 1)) as usize)
+    }
+
+    #[inline(always)]
+    fn scan(
+        &self,
+        search: &Search,
+        ball: &Seen,
+        range: std::ops::Range<usize>,
+        code: usize,
+        list: &mut Vec<Pair>,
+    ) {
+        // The other ball is seen at +shift, so the way to it is centre − (other + shift).
+        let seen = ball.centre - search.shifts[code];
+        let own = search.stretch * ball.radius + search.skin;
+        for other in &self.balls[range] {
+            let limit = own + search.stretch * other.radius;
+            if (seen - other.centre).norm_squared() < limit * limit {
+                list.push(Pair { i: ball.number, j: other.number, shift: 26 - code as u8 });
+            }
         }
     }
 }

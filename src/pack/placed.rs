@@ -5,6 +5,7 @@
 //! larger ones, between bodies or with walls, are refused. Sides without a wall
 //! do not count. Cost O(spheres).
 
+use super::measure::with_images;
 use super::occupied::world_balls;
 use super::{Grain, Laid, Placement, tally};
 use crate::geometry::Region;
@@ -236,6 +237,10 @@ fn accept(placements: &[Placement], grains: &[Grain], region: &Region) -> Result
             radii.push(ball.radius);
             body.push(index as u32);
         }
+    }
+    if let Some(cell) = region.cell() {
+        let reach = 2.0 * radii.iter().copied().fold(0.0, f64::max);
+        (centres, radii, body) = with_images(&centres, &radii, &body, &cell, reach);
     }
     let mut worst: Option<(u32, u32, f64)> = None;
     near_pairs(

@@ -153,11 +153,17 @@ impl Random {
     ) -> Option<(Vec3, crate::num::Rotation)> {
         let mut source = stream(seed, "pack.random", grain as u64);
         let dimension = region.dimension();
-        let room = region.bounds().grown(-self.gap.0);
+        let (room, cell) = (region.bounds().grown(-self.gap.0), region.cell());
         for _ in 0..self.tries {
             let turn = self.orientation.draw(what, dimension, &mut source);
             let extent = occupied.extent(grain, &turn);
             let mut bounds = Bounds { low: room.low - extent.low, high: room.high - extent.high };
+            if let Some(cell) = &cell {
+                for axis in (0..dimension).filter(|axis| cell.periodic[*axis]) {
+                    bounds.low[axis] = cell.bounds.low[axis];
+                    bounds.high[axis] = cell.bounds.high[axis];
+                }
+            }
             if let Some((zone, walls)) = zone {
                 let own = if walls { extent } else { Bounds::of([&Vec3::zeros()]) };
                 bounds.low = bounds.low.sup(&(zone.low - own.low));
@@ -177,7 +183,9 @@ impl Random {
 
 #[cfg(test)]
 mod tests {
-    use super::super::samples::{brute_force, clump, dumbbell, of, room, solid, sphere};
+    use super::super::samples::{
+        brute_force, clump, dumbbell, of, periodic_room, room, solid, sphere,
+    };
     use super::super::{Grain, Method, Packing, pack};
     use super::*;
     use crate::geometry::region::{CylinderRegion, MeshRegion};
@@ -241,6 +249,46 @@ mod tests {
 
     fn uniform_in(source: &mut crate::num::random::Stream, low: f64, high: f64) -> f64 {
         crate::num::random::uniform(source, low, high)
+    }
+
+    #[test]
+    fn periodic_rooms_are_filled_across_their_sides() {
+        let clumps = vec![dumbbell(0.03, 0.05); 150];
+        let grains = of(&clumps);
+        let region = periodic_room(&[0.5, 0.6, 0.7], [true, false, true]);
+        let packing = lay(&grains, &region, Random { gap: Length(0.002), ..Random::default() }, 5);
+        let (least, wall) = brute_force(&packing, &grains, &region);
+        assert!(least >= 0.002 - 1e-12 && wall >= 0.002 - 1e-12, "{least} {wall}");
+        let out = |p: &super::super::Placement| {
+            let tip = p.orientation * Vec3::x() * 0.055;
+            [p.position + tip, p.position - tip].iter().any(|t| t.x < 0.0 || t.x > 0.5)
+        };
+        assert!(packing.placements.iter().filter(|p| out(p)).count() > 10);
+        assert!(packing.placements.iter().all(|p| (0.0..=0.5).contains(&p.position.x)));
+        let volume = packing.placements.len() as f64 * 8.0 / 3.0 * PI * 0.03_f64.powi(3);
+        assert!((packing.measures.porosity - (1.0 - volume / 0.21)).abs() < 1e-12);
+        let few = periodic_room(&[0.2, 0.6, 0.7], [true, false, true]);
+        let method = Method::Random(Random::default());
+        assert!(pack(&grains, &[], &few, &method, 1, &Job::quiet()).is_err());
+    }
+
+    #[test]
+    fn solids_keep_apart_across_the_side() {
+        let mesh = l_mesh();
+        let (clump, solid) = solid(mesh.mapped(|v| v * 0.1));
+        let size = solid.mesh.bounds().diagonal();
+        let grains = vec![Grain { clump: &clump, solid: Some(&solid), family: 0 }; 60];
+        let region = periodic_room(&[2.2 * size; 3], [true; 3]);
+        let parameters = Random { tries: 60, test: Test::Solid, ..Random::default() };
+        let packing = lay(&grains, &region, parameters, 11);
+        let (all, cell) = (colliders(&grains, &packing), region.cell().expect("periodic"));
+        for (i, (a, at)) in all.iter().enumerate() {
+            for (b, there) in &all[..i] {
+                let way = cell.way(&(there.0 - at.0));
+                assert!(!a.nearer_than(at, b, &(at.0 + way, there.1), 0.0));
+            }
+        }
+        assert!(packing.placements.len() > 8);
     }
 
     #[test]

@@ -60,6 +60,12 @@ pub fn room(size: &[f64]) -> Region {
         .expect("a box")
 }
 
+/// A box from the origin that repeats itself along these axes.
+pub fn periodic_room(size: &[f64], periodic: [bool; 3]) -> Region {
+    let Region::Box(room) = room(size) else { unreachable!("`room` is a box") };
+    Region::Box(crate::geometry::region::Rectangle { periodic, ..room })
+}
+
 /// Spheres of all bodies: centre, radius, body.
 pub fn spheres(packing: &Packing, grains: &[Grain]) -> Vec<(Vec3, f64, usize)> {
     let mut all = Vec::new();
@@ -78,7 +84,8 @@ pub fn brute_force(packing: &Packing, grains: &[Grain], region: &Region) -> (f64
     for (i, a) in all.iter().enumerate() {
         wall = wall.min(region.clearance(&a.0) - a.1);
         for b in all[..i].iter().filter(|b| b.2 != a.2) {
-            gap = gap.min((a.0 - b.0).norm() - a.1 - b.1);
+            let way = region.cell().map_or(a.0 - b.0, |cell| cell.way(&(a.0 - b.0)));
+            gap = gap.min(way.norm() - a.1 - b.1);
         }
     }
     (gap, wall)

@@ -41,6 +41,11 @@ impl<'a> Space<'a> {
         Self { dimension, bounds: Bounds { low, high }, periodic, region: None }
     }
 
+    /// A box of which some sides repeat.
+    pub fn boxed(dimension: usize, bounds: Bounds, periodic: [bool; 3]) -> Self {
+        Self { dimension, bounds, periodic, region: None }
+    }
+
     /// The region, where it is not a box.
     pub fn region(&self) -> Option<&'a Region> {
         self.region

@@ -260,13 +260,9 @@ fn oppose(
 ) -> Opponent {
     let tolerances = &so_far.tolerances;
     let pair = |a: &Run, b: &Run| match (usable(model, a), usable(model, b)) {
-        (Some(a), Some(b)) => Trajectory::between(
-            a,
-            b,
-            model.plan.step,
-            so_far.smallest_radius,
-            tolerances.trajectory,
-        ),
+        (Some(a), Some(b)) => {
+            Trajectory::between(a, b, model, so_far.smallest_radius, tolerances.trajectory)
+        }
         _ => Trajectory::default(),
     };
     let against_ours = pair(ours, other);

@@ -200,6 +200,12 @@ fn walls(model: &Model) -> Option<Table> {
         let motion = match &wall.motion {
             Motion::Still => "still".to_owned(),
             Motion::Translate { velocity } => format!("moves at {}", vector(velocity, "m/s")),
+            Motion::Oscillate { amplitude, frequency, .. } => {
+                format!("oscillates by {} at {frequency} Hz", vector(amplitude, "m"))
+            }
+            Motion::Servo { force, direction, .. } => {
+                format!("pushes with {} along {}", with_unit(*force, "N"), vector(direction, ""))
+            }
             Motion::Rotate { rate, axis, .. } => {
                 format!("turns at {} rad/s about {}", significant(*rate, 4), vector(axis, ""))
             }

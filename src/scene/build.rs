@@ -7,6 +7,7 @@ use super::parameters::{Hold, StepParameter};
 use super::walls::swept_bounds;
 use super::{Loaded, Scene};
 use crate::dem::limit::{Advice, advise};
+use crate::geometry::region::Rectangle;
 use crate::geometry::{Bounds, Region};
 use crate::model::{Body, Dimension, Model, Plan, Sphere, StepReason, Wall};
 use crate::num::statistics::median;
@@ -41,8 +42,18 @@ pub fn build(
 ) -> Result<Built, Fault> {
     let scene = &loaded.scene;
     let dimension = if scene.dimension == 2 { Dimension::Two } else { Dimension::Three };
-    let (bodies, spheres, first_spheres) =
+    let (mut bodies, spheres, first_spheres) =
         bodies(scene, dimension, grains, copies, &packing.placements)?;
+    if let Some(cell) = region.and_then(Region::cell) {
+        for body in &mut bodies {
+            body.position += cell.home(&body.position);
+        }
+        if scene.plan.mutual_gravity.is_some() {
+            let problem = "acts in a periodic box";
+            let allowed = "a box without `periodic`: images would attract each other without end (Ewald sums are not there)";
+            return Err(Fault::new("plan.mutual_gravity", problem, allowed));
+        }
+    }
     let facts: Vec<GrainFacts> = bodies
         .iter()
         .map(|body| {
@@ -95,6 +106,7 @@ pub fn build(
         mutual: scene.plan.mutual_gravity,
         local_damping: scene.plan.local_damping,
         domain,
+        periodic: region.and_then(Region::cell),
         plan,
     };
     let advice = advise(&model);
@@ -200,6 +212,23 @@ fn domain(
     spheres: &[Sphere],
     gravity: &Vec3,
 ) -> Bounds {
+    if let Some(region) = region
+        && let Some(cell) = region.cell()
+    {
+        // Open sides have walls or none as usual; periodic sides are where the box ends.
+        let open = Region::Box(Rectangle {
+            bounds: cell.bounds,
+            dimension: region.dimension(),
+            open: [[region.is_open(); 2]; 3],
+            periodic: [false; 3],
+        });
+        let mut bounds = domain(scene, Some(&open), walls, bodies, spheres, gravity);
+        for axis in (0..3).filter(|axis| cell.periodic[*axis]) {
+            bounds.low[axis] = cell.bounds.low[axis];
+            bounds.high[axis] = cell.bounds.high[axis];
+        }
+        return bounds;
+    }
     let mut bounds = swept_bounds(walls, scene.plan.duration.0);
     let mut largest = 0.0f64;
     let mut fastest = 0.0f64;

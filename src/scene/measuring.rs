@@ -104,7 +104,7 @@ pub fn spheres(table: &Particles) -> SphereMeasures {
     };
     let bodies = body.iter().max().map_or(0, |last| *last as usize + 1);
     let median = crate::num::statistics::median(&table.radii).unwrap_or(0.0);
-    let contacts = contacts_of(&table.positions, &table.radii, &body, GAP * median);
+    let contacts = contacts_of(&table.positions, &table.radii, &body, GAP * median, None);
     let bounds =
         table.positions.iter().zip(&table.radii).fold(Bounds::EMPTY, |bounds, (centre, radius)| {
             bounds.union(&Bounds::of([centre]).grown(*radius))
@@ -151,7 +151,7 @@ fn form(table: &Particles) -> Option<Descriptors> {
 }
 
 /// Body numbers made consecutive from 0, in order of appearance.
-fn numbered(bodies: &[u64]) -> Vec<u32> {
+pub(super) fn numbered(bodies: &[u64]) -> Vec<u32> {
     let mut known = std::collections::BTreeMap::new();
     bodies
         .iter()

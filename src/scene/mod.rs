@@ -9,6 +9,7 @@ pub mod drawing;
 pub mod file;
 pub mod grading;
 pub mod grains;
+pub mod lockstep;
 pub mod materials;
 pub mod measuring;
 mod packing;
@@ -18,8 +19,10 @@ pub mod road;
 pub mod running;
 pub mod shipped;
 pub mod store;
+pub mod surveying;
 pub mod verdict;
 pub mod walls;
+pub mod watching;
 
 pub use file::{Loaded, SceneError};
 pub use parameters::Scene;

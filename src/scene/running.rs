@@ -4,10 +4,13 @@
 use super::build::Built;
 use super::road::{Packed, Road, RoadError};
 use super::store::{self, Running};
+use super::watching::{Row, Watch};
 use crate::dem::{self, Observer};
 use crate::format::{self, FormatError, atomic, particles::Particles};
+use crate::geometry::Region;
 use crate::model::{Break, Frame, Model, Outcome, Run, SeriesRow};
 use crate::num::clock::{peak_bytes, resident_bytes};
+use crate::pack::Push;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::fs::File;
@@ -23,6 +26,7 @@ struct Saved {
     key: String,
     frames_bytes: u64,
     rows: Vec<SeriesRow>,
+    readings: Vec<Row>,
     state: Vec<u8>,
 }
 
@@ -32,6 +36,7 @@ struct Recorder {
     rows: Vec<SeriesRow>,
     key: String,
     checkpoint: PathBuf,
+    watch: Option<Watch>,
     failure: Option<std::io::Error>,
 }
 
@@ -60,12 +65,23 @@ impl Observer for Recorder {
                 key: me.key.clone(),
                 frames_bytes: me.frames.stream_position()?,
                 rows: me.rows.clone(),
+                readings: me.watch.as_ref().map(|watch| watch.rows.clone()).unwrap_or_default(),
                 state: state.to_vec(),
             };
             let bytes = postcard::to_stdvec(&saved).map_err(std::io::Error::other)?;
             atomic::write(&me.checkpoint, |out| out.write_all(&bytes))
                 .map_err(std::io::Error::other)
         });
+    }
+
+    fn wants_pushes(&self, last: bool) -> bool {
+        self.watch.as_ref().is_some_and(|watch| watch.wants(last))
+    }
+
+    fn pushes(&mut self, frame: &Frame, pushes: Vec<Push>) {
+        if let Some(watch) = &mut self.watch {
+            watch.look(frame, pushes);
+        }
     }
 }
 
@@ -84,7 +100,7 @@ impl Road {
             let run = self.read_run()?;
             return Ok((packed, built, run));
         }
-        let run = self.simulate(&built.model, &key, resume)?;
+        let run = self.simulate(&built.model, packed.room.region.as_ref(), &key, resume)?;
         Ok((packed, built, run))
     }
 
@@ -106,7 +122,13 @@ impl Road {
         store::key(&packed.key, &[rest], self.loaded.base())
     }
 
-    fn simulate(&mut self, model: &Model, key: &str, resume: bool) -> Result<Run, RoadError> {
+    fn simulate(
+        &mut self,
+        model: &Model,
+        region: Option<&Region>,
+        key: &str,
+        resume: bool,
+    ) -> Result<Run, RoadError> {
         let saved = if resume { self.saved(key) } else { None };
         if saved.is_some() {
             self.job.finished("going on from the last checkpoint");
@@ -120,6 +142,13 @@ impl Road {
             rows: saved.as_ref().map(|s| s.rows.clone()).unwrap_or_default(),
             key: key.to_owned(),
             checkpoint: self.store.path(CHECKPOINT),
+            watch: Watch::new(
+                &self.loaded.scene.output.measures,
+                self.loaded.scene.output.contacts,
+                model,
+                region,
+                saved.as_ref().map(|s| s.readings.clone()).unwrap_or_default(),
+            ),
             failure: None,
         };
         let state = saved.as_ref().map(|saved| saved.state.as_slice());
@@ -147,6 +176,9 @@ impl Road {
             notes: summary.notes,
         };
         self.write_run(&mut running, model, &run)?;
+        if let Some(watch) = &recorder.watch {
+            self.write_measures(&mut running, watch)?;
+        }
         running.count("steps", run.cost.steps as usize);
         running.count("spheres", model.spheres.len());
         self.close(running, &format!("ran {} steps", run.cost.steps))?;
@@ -196,6 +228,26 @@ impl Road {
             format::csv::write(&path, &particles(model, &frame))?;
             let path = self.store.prepare(running, "run/final.vtp")?;
             format::vtp::write_particles(&path, &particles(model, &frame))?;
+        }
+        Ok(())
+    }
+
+    /// Tables and charts of the measuring spheres, contact forces of the last frame.
+    fn write_measures(&mut self, running: &mut Running, watch: &Watch) -> Result<(), RoadError> {
+        if watch.keeps_pushes() {
+            self.store.write(running, "run/contacts.csv", |out| watch.contacts(out))?;
+        }
+        if !watch.has_rows() {
+            return Ok(());
+        }
+        self.store.write(running, "run/measures.csv", |out| watch.csv(out))?;
+        for (name, chart) in watch.charts() {
+            if let Some(svg) = chart.svg() {
+                self.store.write(running, name, |out| out.write_all(svg.as_bytes()))?;
+            }
+        }
+        for verdict in watch.verdicts() {
+            self.job.finished(&verdict);
         }
         Ok(())
     }

@@ -5,8 +5,10 @@ use super::build::{self, Built};
 use super::grains::{self, Grain};
 use super::walls::Room;
 use super::{Loaded, SceneError};
+use crate::dem;
 use crate::dem::limit::Advice;
 use crate::geometry::Region;
+use crate::model::{Dimension, FarMethod, Model};
 use crate::num::{Fault, Job, Rotation, Vec3};
 use crate::pack::{Measures, Packing, Placement};
 use crate::scene::materials::PairFacts;
@@ -19,8 +21,61 @@ const SAMPLES: usize = 5;
 const PLAIN_SAMPLES: usize = 2_000;
 /// Memory of our own DEM for one sphere, bytes (measured on 100 000 spheres, validation/README.md).
 const BYTES_PER_SPHERE: f64 = 800.0;
+/// Seconds for one term of gravity between bodies on one thread (order of magnitude).
+const SECONDS_PER_TERM: f64 = 1e-8;
 /// Sphere-steps a second of our own DEM on one thread (order of magnitude, for the forecast of time).
 const SPEED: f64 = 4e6;
+
+/// How neighbours are searched (D11). Cells are as wide as the largest sphere and the skin, so few
+/// spheres share one: pairs are listed once and used until a sphere has moved half the skin,
+/// which makes small cells the fastest.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Lists {
+    /// Edge of a cell of the coarsest level, m.
+    pub cell: f64,
+    /// Mean number of spheres a cell over the container, if there is one.
+    pub spheres_per_cell: Option<f64>,
+    /// Gap up to which pairs are listed, m.
+    pub skin: f64,
+    /// Steps between two rebuilds at the fastest speed expected; `None` if nothing moves.
+    pub steps_between: Option<f64>,
+    /// Rebuilds of the whole run at that speed: an upper forecast.
+    pub rebuilds: u64,
+}
+
+impl Lists {
+    fn of(model: &Model, advice: &Advice, spheres: f64, volume: Option<f64>) -> Self {
+        let radii = || model.spheres.iter().map(|sphere| sphere.radius);
+        let largest = radii().fold(0.0, f64::max);
+        let skin = dem::list_skin(model);
+        let cell = 2.0 * largest + skin;
+        let size = if model.dimension == Dimension::Two { cell * cell } else { cell.powi(3) };
+        // The advice takes a tenth of the smallest radius a step at that speed.
+        let speed = advice.speed.map(|step| 0.1 * radii().fold(f64::INFINITY, f64::min) / step);
+        let steps_between =
+            speed.map(|speed| (0.5 * skin / (speed * model.plan.step)).floor().max(1.0));
+        Self {
+            cell,
+            spheres_per_cell: volume.map(|volume| spheres * size / volume),
+            skin,
+            steps_between,
+            rebuilds: 1 + steps_between.map_or(0, |steps| (model.plan.steps as f64 / steps) as u64),
+        }
+    }
+}
+
+/// Seconds of all passes of gravity between bodies on one thread.
+fn far_seconds(model: &Model, bodies: f64) -> f64 {
+    let terms = match model.mutual.map(|law| law.method) {
+        None => return 0.0,
+        Some(FarMethod::AllPairs) => bodies,
+        // Shells of cells seen under the angle θ, one for each doubling of the distance.
+        Some(FarMethod::Tree(tree)) => {
+            (4.0 / tree.theta.powi(3) * bodies.max(2.0).log2()).min(bodies)
+        }
+    };
+    bodies * terms * model.plan.steps as f64 * SECONDS_PER_TERM
+}
 
 /// What `riprap check` says of a scene.
 #[derive(Debug, Clone, Serialize)]
@@ -51,6 +106,8 @@ pub struct Verdict {
     pub memory: f64,
     /// Seconds that our own DEM will take on one thread.
     pub seconds: f64,
+    /// Cells and lists of neighbours.
+    pub lists: Lists,
     /// What outside solvers cannot do or do differently.
     pub solvers: Vec<String>,
 }
@@ -61,9 +118,11 @@ impl Verdict {
     /// # Errors
     /// Everything that would stop the scene before its run.
     pub fn of(loaded: &Loaded, job: &Job) -> Result<Self, SceneError> {
-        let (built, spheres) = sample(loaded, job).map_err(|fault| loaded.wrong(&[fault]))?;
+        let (built, spheres, volume) =
+            sample(loaded, job).map_err(|fault| loaded.wrong(&[fault]))?;
         let Built { model, pairs, advice } = built;
-        let grains = loaded.scene.grains.iter().map(|family| u64::from(family.count)).sum();
+        let lists = Lists::of(&model, &advice, spheres, volume);
+        let grains: u64 = loaded.scene.grains.iter().map(|family| u64::from(family.count)).sum();
         let (needs, left_out): (Vec<_>, Vec<_>) =
             model.needs().table().into_iter().partition(|row| row.2);
         let key = |rows: Vec<(&'static str, &'static str, bool)>| {
@@ -94,15 +153,16 @@ impl Verdict {
             needs: key(needs),
             left_out: key(left_out),
             memory: spheres * BYTES_PER_SPHERE,
-            seconds: spheres * model.plan.steps as f64 / SPEED,
+            seconds: spheres * model.plan.steps as f64 / SPEED + far_seconds(&model, grains as f64),
+            lists,
             solvers,
         })
     }
 }
 
 /// A model of a few grains of each family, side by side without contact, and
-/// the number of spheres that the whole scene will have.
-fn sample(loaded: &Loaded, job: &Job) -> Result<(Built, f64), Fault> {
+/// the number of spheres that the whole scene will have; volume of the container.
+fn sample(loaded: &Loaded, job: &Job) -> Result<(Built, f64, Option<f64>), Fault> {
     let room = Room::of(loaded)?;
     let mut samples: Vec<Grain> = Vec::new();
     let mut spheres = 0.0;
@@ -125,7 +185,7 @@ fn sample(loaded: &Loaded, job: &Job) -> Result<(Built, f64), Fault> {
     let copies: Vec<u32> = (0..samples.len() as u32).collect();
     let built =
         build::build(loaded, room.region.as_ref(), &room.walls, &samples, &copies, &packing)?;
-    Ok((built, spheres))
+    Ok((built, spheres, room.region.as_ref().map(Region::volume)))
 }
 
 /// The highest place of a region, against gravity: grains may fall from there.

@@ -113,6 +113,16 @@ fn motion(parameters: &MotionParameters) -> Motion {
         MotionParameters::Translate { velocity } => {
             Motion::Translate { velocity: Vec3::from(velocity.map(|c| c.0)) }
         }
+        MotionParameters::Oscillate { amplitude, frequency, phase } => Motion::Oscillate {
+            amplitude: Vec3::from(amplitude.map(|c| c.0)),
+            frequency: *frequency,
+            phase: phase.0,
+        },
+        MotionParameters::Servo { direction, force, stress, area, speed } => Motion::Servo {
+            direction: Vec3::from(*direction).normalize(),
+            force: force.unwrap_or_else(|| stress.map_or(0.0, |s| s.0) * area.unwrap_or(0.0)),
+            speed: speed.0,
+        },
         MotionParameters::Rotate { origin, axis, rate } => Motion::Rotate {
             origin: Vec3::from(origin.map(|c| c.0)),
             axis: Vec3::from(*axis).normalize(),
@@ -126,7 +136,11 @@ pub fn swept_bounds(walls: &[Wall], duration: f64) -> Bounds {
     walls.iter().fold(Bounds::EMPTY, |bounds, wall| {
         let WallShape::Mesh { mesh } = &wall.shape else { return bounds };
         mesh.vertices.iter().fold(bounds, |bounds, vertex| match &wall.motion {
-            Motion::Still => bounds.with(vertex),
+            Motion::Still | Motion::Servo { .. } => bounds.with(vertex),
+            Motion::Oscillate { amplitude, .. } => {
+                let reach = amplitude * 2.0;
+                bounds.with(vertex).with(&(vertex - reach)).with(&(vertex + reach))
+            }
             Motion::Translate { .. } => {
                 bounds.with(vertex).with(&wall.motion.place(vertex, duration))
             }

@@ -3,6 +3,7 @@
 
 use super::deck::examples::{self, add_clump, add_plane, add_sphere, contact, empty, plate};
 use super::{DeckOptions, LimitKind, Solver, SolverError, all};
+use crate::geometry::Cell;
 use crate::model::{
     Contact, ContactTable, Dimension, Material, Model, Motion, Needs, Wall, WallShape,
 };
@@ -422,11 +423,39 @@ fn decks_hold_what_is_needed_and_nothing_else() {
         "rolling",
         "drag",
         "mutual_gravity",
+        "periodic",
+        "servo_walls",
     ];
     for (key, _, _) in examples::two_spheres().needs().table() {
         let both = seen.contains(&(key, true)) && seen.contains(&(key, false));
         assert!(both || never_both.contains(&key), "`{key}` was never switched");
     }
+}
+
+#[test]
+fn periodic_boxes_end_where_the_cell_ends() {
+    let mut model = empty(Dimension::Three, contact());
+    add_sphere(&mut model, Vec3::zeros(), 1e-3, Vec3::x(), 0);
+    let [liggghts, yade, _] = all();
+    let of = |solver: &dyn Solver, model: &Model, name: &str| {
+        let files = written(solver, model, &DeckOptions::default());
+        files.into_iter().find(|(n, _)| n == name).expect("written").1
+    };
+    model.periodic = Some(Cell { bounds: model.domain, periodic: [true; 3] });
+    let script = of(liggghts, &model, "in.liggghts");
+    assert!(script.contains("boundary p p p") && script.contains(" id xu yu zu "), "{script}");
+    assert!(of(liggghts, &model, "spheres.data").contains("-0.02 0.02 xlo xhi"));
+    let script = of(yade, &model, "run.py");
+    assert!(script.contains("O.cell.setBox(0.04, 0.04, 0.04)"), "{script}");
+    model.periodic = Some(Cell { bounds: model.domain, periodic: [true, false, false] });
+    assert!(of(liggghts, &model, "in.liggghts").contains("boundary p f f"));
+    let refused = |solver: &dyn Solver, model: &Model| {
+        solver.limits(model).iter().any(|limit| limit.kind == LimitKind::Refused)
+    };
+    assert!(refused(yade, &model) && !refused(liggghts, &model));
+    let motion = Motion::Translate { velocity: Vec3::z() };
+    add_plane(&mut model, "lid", Vec3::z() * -0.02, Vec3::z(), motion);
+    assert!(refused(liggghts, &model));
 }
 
 #[test]

@@ -241,7 +241,7 @@ fn touch(
         (id >= 1.0 && index <= model.spheres.len()).then(|| index - 1)
     };
     let (a, b) = (index(*row.first()?)?, index(*row.get(1)?)?);
-    let (normal, tangential) = read(row, &(frame.centres[a] - frame.centres[b]))?;
+    let (normal, tangential) = read(row, &model.way(frame.centres[a] - frame.centres[b]))?;
     Some(Touch { first: a.min(b) as u32, second: a.max(b) as u32, normal, tangential })
 }
 

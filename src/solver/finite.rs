@@ -67,6 +67,8 @@ fn wall(wall: &crate::model::Wall) -> Result<(), SolverError> {
     }
     match &wall.motion {
         Motion::Still => Ok(()),
+        Motion::Oscillate { amplitude, .. } => vector_at(|| at("amplitude"), amplitude),
+        Motion::Servo { direction, .. } => vector_at(|| at("direction"), direction),
         Motion::Translate { velocity } => vector_at(|| at("velocity"), velocity),
         Motion::Rotate { origin, axis, rate } => {
             vector_at(|| at("origin"), origin)?;

@@ -13,7 +13,7 @@ pub struct LeftOut {
 }
 
 /// What no deck can have (see the limits of the solvers), so that lacking it says nothing.
-const NEVER: &[&str] = &["mutual_gravity"];
+const NEVER: &[&str] = &["mutual_gravity", "servo_walls"];
 
 /// Everything that `needs` lacks and a deck could have.
 pub fn left_out(needs: &Needs) -> Vec<LeftOut> {
@@ -38,6 +38,7 @@ fn why(key: &str) -> &'static str {
         "normal_damping" => "cn is zero for every pair of materials",
         "tangential_damping" => "no friction, or ct is zero for every pair of materials",
         "local_damping" => "its coefficient is zero",
+        "periodic" => "the box has walls or open sides",
         "cohesion" => "no pair of materials has any",
         "bridges" => "no pair of materials has liquid",
         "molecular" => "no pair of materials has such a potential",
@@ -73,6 +74,7 @@ mod tests {
             normal_damping: false,
             tangential_damping: false,
             local_damping: false,
+            periodic: false,
             cohesion: false,
             bridges: false,
             molecular: false,
@@ -83,6 +85,7 @@ mod tests {
             oblique_planes: false,
             meshes: false,
             sliding_walls: false,
+            servo_walls: false,
             turning_walls: false,
             bonds: false,
             bond_damping: false,

@@ -4,6 +4,7 @@
 //! computes the values. What a solver cannot express, or does differently from
 //! what the model says, is listed before a deck is written.
 
+pub mod capability;
 mod deck;
 #[cfg(test)]
 mod deck_tests;

@@ -35,6 +35,7 @@ pub fn run(
     }
     let mut notes: Vec<String> = deck.limits.iter().map(|limit| limit.what.clone()).collect();
     notes.append(&mut read.notes);
+    read.frames.iter_mut().for_each(|frame| frame.bring_home(model));
     let broken = keep_finite(&mut read.frames);
     let last = read.frames.last().map_or(0, |frame| frame.step);
     let outcome = if let Some((step, sphere)) = broken {
@@ -95,12 +96,8 @@ fn keep_finite(frames: &mut Vec<Frame>) -> Option<(u64, usize)> {
 
 /// A note about spheres that are outside the domain in some frame.
 fn outside(model: &Model, frames: &[Frame]) -> Option<String> {
-    let flat = model.needs().discs;
     frames.iter().find_map(|frame| {
-        let is_out = |c: &Vec3| {
-            let axes = if flat { 0..2 } else { 0..3 };
-            axes.into_iter().any(|a| c[a] < model.domain.low[a] || c[a] > model.domain.high[a])
-        };
+        let is_out = |c: &Vec3| model.is_outside(c);
         let out: Vec<usize> =
             (0..frame.centres.len()).filter(|&i| is_out(&frame.centres[i])).collect();
         let first = *out.first()?;

@@ -87,6 +87,7 @@ pub fn stays_in_plane(wall: &Wall) -> bool {
     match &wall.motion {
         Motion::Still => true,
         Motion::Translate { velocity } => normal.dot(velocity) == 0.0,
+        Motion::Oscillate { .. } | Motion::Servo { .. } => false,
         Motion::Rotate { axis, .. } => axis.cross(normal).norm() == 0.0,
     }
 }
@@ -95,7 +96,11 @@ pub fn stays_in_plane(wall: &Wall) -> bool {
 pub fn swept(mesh: &Mesh, motion: &Motion, time: f64) -> Bounds {
     let start = mesh.bounds();
     match motion {
-        Motion::Still => start,
+        Motion::Still | Motion::Servo { .. } => start,
+        Motion::Oscillate { amplitude, .. } => {
+            let reach = amplitude.abs() * 2.0;
+            Bounds { low: start.low - reach, high: start.high + reach }
+        }
         Motion::Translate { velocity } => {
             let shift = velocity * time;
             start.union(&Bounds { low: start.low + shift, high: start.high + shift })

@@ -16,7 +16,7 @@
 # are. Contact forces at time 0 are not in the half step: best start without contacts.
 # Run with: sh run.sh   (writes frames.txt, contacts.txt)
 
-{% if many_frictions -%}
+{% if many_frictions or oscillating -%}
 import math
 {% endif -%}
 import resource
@@ -138,10 +138,19 @@ for r in table('clumps.csv'):
         ids[int(s[0])] = k
     clumps.append(clump)
 {%- endif %}
+{%- if needs.periodic %}
+
+# Space repeats itself; places are counted on and not wrapped.
+O.periodic = True
+O.cell.setBox({{ cell[0] }}, {{ cell[1] }}, {{ cell[2] }})
+{%- endif %}
 
 O.dt = {{ header.step }}
 O.engines = [
     ForceResetter(),
+{%- if oscillating %}
+    PyRunner(command='walls_of_now()', iterPeriod=1, initRun=True),
+{%- endif %}
     InsertionSortCollider([Bo1_Sphere_Aabb(){% if planes %}, Bo1_Wall_Aabb(){% endif %}{% if surfaces %}, Bo1_Facet_Aabb(){% endif %}], verletDist={{ verlet }}),
     InteractionLoop(
         [{% if needs.bonds %}Ig2_Sphere_Sphere_ScGeom6D(avoidGranularRatcheting=False){% else %}Ig2_Sphere_Sphere_ScGeom(){% endif %}{% if planes %}, Ig2_Wall_Sphere_ScGeom(){% endif %}{% if surfaces %}, Ig2_Facet_Sphere_ScGeom(){% endif %}],
@@ -163,9 +172,85 @@ O.engines = [
 {%- if needs.zeroing %}
     PyRunner(command='stop_bodies()', iterPeriod={{ zero_every }}, firstIterRun={{ zero_every }}),
 {%- endif %}
+{%- if oscillating or servos %}
+    PyRunner(command='move_walls()', iterPeriod=1, initRun=True),
+{%- endif %}
     NewtonIntegrator(damping={{ damping }}{% if needs.gravity %}, gravity=({{ gravity[0] }}, {{ gravity[1] }}, {{ gravity[2] }}){% endif %}),
 ]
 
+{%- if oscillating or servos %}
+
+
+def give(wall, velocity):
+    """All parts of a wall move with `velocity`."""
+    for k in wall if isinstance(wall, list) else [wall]:
+        O.bodies[k].state.vel = velocity
+
+
+{%- endif %}
+{%- if oscillating %}
+
+# Walls that go back and forth: wall, amplitude, frequency, phase.
+oscillating = [
+{%- for w in oscillating %}
+    ({{ w.variable }}, Vector3({{ w.amplitude[0] }}, {{ w.amplitude[1] }}, {{ w.amplitude[2] }}), {{ w.frequency }}, {{ w.phase }}),
+{%- endfor %}
+]
+
+
+def walls_of_now():
+    """Forces see the velocities that the walls have at this time."""
+    for wall, amplitude, frequency, phase in oscillating:
+        rate = 2 * math.pi * frequency
+        give(wall, amplitude * (rate * math.cos(rate * (O.iter * O.dt) + phase)))
+
+
+{%- endif %}
+{%- if servos %}
+
+# Walls that seek a force: wall, direction, force, largest speed. The velocity is such that it
+# would close half of what is missing if nothing but the contacts of the wall gave way.
+servos = [
+{%- for w in servos %}
+    ({{ w.variable }}, Vector3({{ w.direction[0] }}, {{ w.direction[1] }}, {{ w.direction[2] }}), {{ w.force }}, {{ w.speed }}),
+{%- endfor %}
+]
+
+
+def wanted(wall, direction, asked, fastest):
+    force = stiffness = 0.0
+    for k in wall if isinstance(wall, list) else [wall]:
+        for i in O.bodies[k].intrs():
+            if not i.isReal:
+                continue
+            # The normal leads from the first of the two to the second, forces act on the second.
+            side = 1.0 if i.id1 == k else -1.0
+            along = i.geom.normal.dot(direction)
+            spring = i.geom.normal * (i.phys.kn * i.geom.penetrationDepth) + i.phys.shearForce
+            force += side * spring.dot(direction)
+            stiffness += i.phys.kn * along**2 + i.phys.ks * (1 - along**2)
+    if stiffness == 0:
+        return fastest
+    return max(-fastest, min(fastest, 0.5 * (asked - force) / (stiffness * O.dt)))
+
+
+{%- endif %}
+{%- if oscillating or servos %}
+
+
+def move_walls():
+    """The next step takes walls by the velocities that they have now."""
+{%- if oscillating %}
+    for wall, amplitude, frequency, phase in oscillating:
+        rate = 2 * math.pi * frequency
+        now, then = rate * (O.iter * O.dt) + phase, rate * ((O.iter + 1) * O.dt) + phase
+        give(wall, amplitude * ((math.sin(then) - math.sin(now)) / O.dt))
+{%- endif %}
+{%- if servos %}
+    for wall, direction, asked, fastest in servos:
+        give(wall, direction * wanted(wall, direction, asked, fastest))
+{%- endif %}
+{%- endif %}
 {%- if needs.bonds %}
 
 # Bonds: without force where the spheres are now, friction only when they have broken.

@@ -75,9 +75,10 @@ fn check_forecasts_step_cost_and_needs() {
 fn lists_name_keys_sources_and_an_example() {
     let bench = Bench::new();
     let all = bench.ok(&["list"]).out;
-    for kind in
-        ["scenes", "shapes", "clumps", "packings", "contacts", "solvers", "formats", "studies"]
-    {
+    for kind in [
+        "scenes", "shapes", "clumps", "packings", "measures", "contacts", "solvers", "formats",
+        "studies",
+    ] {
         let part = bench.ok(&["list", kind]).out;
         assert!(part.starts_with(&format!("{kind}\n")), "{part}");
         let plain = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");

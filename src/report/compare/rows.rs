@@ -99,7 +99,7 @@ fn deviation(values: &[f64]) -> f64 {
 fn apart(model: &Model, a: &Run, b: &Run, radius: f64) -> bool {
     let last = |run| usable(model, run).and_then(|frames| frames.last());
     let (Some(a), Some(b)) = (last(a), last(b)) else { return false };
-    a.centres.iter().zip(&b.centres).any(|(x, y)| (x - y).norm() > APART * radius)
+    a.centres.iter().zip(&b.centres).any(|(x, y)| model.way(x - y).norm() > APART * radius)
 }
 
 /// Every quantity of `theirs` against `ours`; `parted`: they are two realisations,

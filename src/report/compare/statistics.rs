@@ -242,7 +242,7 @@ pub(super) fn touching(model: &Model, centres: &[Vec3]) -> Vec<Touching> {
         cells.entry(cell(centre)).or_default().push(index as u32);
     }
     let mut found = Vec::new();
-    for (first, centre) in centres.iter().enumerate() {
+    let look = |first: usize, centre: &Vec3, found: &mut Vec<Touching>| {
         let [x, y, z] = cell(centre);
         for near in 0..27 {
             let place = [x + near % 3 - 1, y + near / 3 % 3 - 1, z + near / 9 - 1];
@@ -252,14 +252,22 @@ pub(super) fn touching(model: &Model, centres: &[Vec3]) -> Vec<Touching> {
                 }
             }
         }
+    };
+    for (first, centre) in centres.iter().enumerate() {
+        look(first, centre, &mut found);
+        if let Some(box_) = &model.periodic {
+            // Spheres of a clump at home may stick out of the box.
+            box_.images(centre, 2.0 * widest, |way| look(first, &(centre + way), &mut found));
+        }
     }
     found.sort_unstable_by_key(|touch| (touch.first, touch.second));
+    found.dedup_by_key(|touch| (touch.first, touch.second));
     found
 }
 
 fn touch(model: &Model, centres: &[Vec3], first: usize, second: usize) -> Option<Touching> {
     let (a, b) = (&model.spheres[first], &model.spheres[second]);
-    let overlap = a.radius + b.radius - (centres[first] - centres[second]).norm();
+    let overlap = a.radius + b.radius - model.way(centres[first] - centres[second]).norm();
     if a.body == b.body || overlap < 0.0 {
         return None;
     }

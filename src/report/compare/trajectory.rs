@@ -5,7 +5,7 @@
 //! (YADE's velocities lag half a step, so its Δv never falls below |a| Δt/2 unless
 //! the twin lags as well). Cost O(frames × spheres).
 
-use crate::model::Frame;
+use crate::model::{Frame, Model};
 use crate::report::number::with_unit;
 use serde::{Deserialize, Serialize};
 
@@ -45,9 +45,10 @@ pub struct Trajectory {
 }
 
 impl Trajectory {
-    /// Compares frames of the same spheres; `radius` is the unit of length,
+    /// Compares frames of the same spheres of `model`; `radius` is the unit of length,
     /// `tolerance` in that unit.
-    pub fn between(a: &[Frame], b: &[Frame], step: f64, radius: f64, tolerance: f64) -> Self {
+    pub fn between(a: &[Frame], b: &[Frame], model: &Model, radius: f64, tolerance: f64) -> Self {
+        let step = model.plan.step;
         let mut points = Vec::new();
         let mut place = 0;
         for frame in a {
@@ -55,7 +56,7 @@ impl Trajectory {
                 place += 1;
             }
             if let Some(other) = b.get(place).filter(|f| f.time <= frame.time + 0.5 * step) {
-                points.push(difference(frame, other, radius));
+                points.push(difference(model, frame, other, radius));
             }
         }
         let first_out = points.iter().position(|point| point.largest > tolerance);
@@ -90,7 +91,7 @@ impl Trajectory {
     }
 }
 
-fn difference(a: &Frame, b: &Frame, radius: f64) -> Divergence {
+fn difference(model: &Model, a: &Frame, b: &Frame, radius: f64) -> Divergence {
     let mut point = Divergence {
         step: a.step,
         time: a.time,
@@ -102,7 +103,7 @@ fn difference(a: &Frame, b: &Frame, radius: f64) -> Divergence {
     };
     let count = a.centres.len().max(1) as f64;
     for (index, (x, y)) in a.centres.iter().zip(&b.centres).enumerate() {
-        let distance = (x - y).norm() / radius;
+        let distance = model.way(x - y).norm() / radius;
         point.rms += distance * distance / count;
         if distance > point.largest {
             (point.largest, point.sphere) = (distance, index as u32);
@@ -149,7 +150,7 @@ mod tests {
         let apart = |step: u64| Vec3::x() * (radius * 1e-10 * (step as f64 / 50.0).exp());
         let a = fixture::run(&model, "a", |_| Vec3::zeros());
         let b = fixture::run(&model, "b", apart);
-        let found = Trajectory::between(&a.frames, &b.frames, model.plan.step, radius, 1e-4);
+        let found = Trajectory::between(&a.frames, &b.frames, &model, radius, 1e-4);
         assert_eq!(found.points.len(), 11);
         let third = found.points[3];
         assert!((third.largest / (1e-10 * 6_f64.exp()) - 1.0).abs() < 1e-3, "{third:?}");
@@ -166,7 +167,7 @@ mod tests {
         let a = fixture::run(&model, "a", |_| Vec3::zeros());
         let mut b = a.clone();
         b.frames.retain(|frame| frame.step % 300 == 0);
-        let found = Trajectory::between(&a.frames, &b.frames, model.plan.step, 0.005, 1e-3);
+        let found = Trajectory::between(&a.frames, &b.frames, &model, 0.005, 1e-3);
         let steps: Vec<u64> = found.points.iter().map(|point| point.step).collect();
         assert_eq!(steps, [0, 300, 600, 900]);
         assert_eq!(found.leaves_at, None);

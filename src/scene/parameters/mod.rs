@@ -13,7 +13,7 @@ pub use bond::{BeamBond, BondLaw, BondParameters, ContactBond, Hold, SolidBond};
 pub use contact::{ContactParameters, MaterialParameters, PairParameters};
 pub use family::{Family, Size, UniformSize};
 pub use law::{LawParameters, VariantParameters};
-pub use output::{CompareParameters, OutputParameters, Start};
+pub use output::{CompareParameters, MeasureParameters, OutputParameters, Start};
 pub use plan::{PlanParameters, StepParameter};
 pub use walls::{ContainerParameters, MotionParameters, WallParameters, WallShapeParameters};
 

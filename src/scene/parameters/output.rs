@@ -1,6 +1,7 @@
 //! What is written, and how solvers are compared.
 
 use crate::num::Fault;
+use crate::num::units::Length;
 use crate::report::compare::Tolerances;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -17,11 +18,41 @@ pub struct OutputParameters {
     pub checkpoints: u32,
     /// True: a VTP file for ParaView for each snapshot. Default false.
     pub vtp: bool,
+    /// True: contact forces of the last snapshot in `run/contacts.csv`, for `riprap measure --contacts`. Default false.
+    #[serde(skip_serializing_if = "is_false")]
+    pub contacts: bool,
+    /// Measuring spheres (circles in two dimensions) that are read in every snapshot: porosity, coordination
+    /// numbers, fabric and stress in `run/measures.csv`. Default none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub measures: Vec<MeasureParameters>,
+}
+
+fn is_false(value: &bool) -> bool {
+    !value
+}
+
+/// A measuring sphere, or circle.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeasureParameters {
+    /// Its name in the table: letters, digits, `_` and `-`.
+    pub name: String,
+    /// Its middle.
+    pub at: [Length; 3],
+    /// Its radius.
+    pub radius: Length,
 }
 
 impl Default for OutputParameters {
     fn default() -> Self {
-        Self { frames: 20, rows: 200, checkpoints: 4, vtp: false }
+        Self {
+            frames: 20,
+            rows: 200,
+            checkpoints: 4,
+            vtp: false,
+            contacts: false,
+            measures: Vec::new(),
+        }
     }
 }
 
@@ -53,6 +84,15 @@ impl OutputParameters {
         for (key, value) in [("frames", self.frames), ("rows", self.rows)] {
             if value == 0 {
                 return Err(Fault::new(key, "is 0", "at least 1"));
+            }
+        }
+        for (index, measure) in self.measures.iter().enumerate() {
+            let here = |fault: Fault| fault.under(format!("measures[{index}]"));
+            super::validate_name(&measure.name).map_err(here)?;
+            Fault::positive("radius", measure.radius.0).map_err(here)?;
+            if self.measures[..index].iter().any(|other| other.name == measure.name) {
+                let problem = format!("is \"{}\", as of an earlier one", measure.name);
+                return Err(here(Fault::new("name", problem, "a name of its own")));
             }
         }
         Ok(())

@@ -3,7 +3,7 @@
 use super::validate_name;
 use crate::geometry::Container;
 use crate::num::Fault;
-use crate::num::units::{Length, Speed, Spin};
+use crate::num::units::{Angle, Length, Pressure, Speed, Spin};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -76,6 +76,33 @@ pub enum MotionParameters {
         /// Velocity.
         velocity: [Speed; 3],
     },
+    /// Back and forth: displacement A (sin(2π f t + φ) − sin φ).
+    Oscillate {
+        /// Amplitude A.
+        amplitude: [Length; 3],
+        /// Frequency f, Hz, greater than 0.
+        frequency: f64,
+        /// Phase φ at time 0. Default 0.
+        #[serde(default = "no_angle")]
+        phase: Angle,
+    },
+    /// Moves along a direction so that it pushes the grains that way with `force`, or with
+    /// `stress` on `area`.
+    Servo {
+        /// Direction in which it pushes and moves, any length. For a plane: along its normal.
+        direction: [f64; 3],
+        /// Force, N, greater than 0.
+        #[serde(default)]
+        force: Option<f64>,
+        /// Stress in place of `force`.
+        #[serde(default)]
+        stress: Option<Pressure>,
+        /// Area that `stress` acts on, m² (m in two dimensions).
+        #[serde(default)]
+        area: Option<f64>,
+        /// Largest speed.
+        speed: Speed,
+    },
     /// Constant rotation about an axis, right-handed.
     Rotate {
         /// A point on the axis.
@@ -85,6 +112,10 @@ pub enum MotionParameters {
         /// Rate of rotation.
         rate: Spin,
     },
+}
+
+fn no_angle() -> Angle {
+    Angle(0.0)
 }
 
 impl ContainerParameters {
@@ -153,6 +184,35 @@ impl MotionParameters {
                 Fault::new("translate.velocity", "leaves the x–y plane", "a third component of 0"),
             ),
             Self::Translate { .. } => Ok(()),
+            Self::Oscillate { amplitude, frequency, .. } => {
+                Fault::positive("oscillate.frequency", *frequency)?;
+                if dimension == 2 && amplitude[2].0 != 0.0 {
+                    let problem = "leaves the x–y plane";
+                    let allowed = "a third component of 0";
+                    return Err(Fault::new("oscillate.amplitude", problem, allowed));
+                }
+                Ok(())
+            }
+            Self::Servo { direction, force, stress, area, speed } => {
+                validate_direction("servo.direction", direction)?;
+                if dimension == 2 && direction[2] != 0.0 {
+                    let problem = "leaves the x–y plane";
+                    return Err(Fault::new("servo.direction", problem, "a third component of 0"));
+                }
+                Fault::positive("servo.speed", speed.0)?;
+                match (force, stress, area) {
+                    (Some(force), None, None) => Fault::positive("servo.force", *force),
+                    (None, Some(stress), Some(area)) => {
+                        Fault::positive("servo.stress", stress.0)?;
+                        Fault::positive("servo.area", *area)
+                    }
+                    _ => Err(Fault::new(
+                        "servo.force",
+                        "is not what is given alone",
+                        "`force`, or `stress` together with `area`",
+                    )),
+                }
+            }
             Self::Rotate { axis, .. } => {
                 validate_direction("rotate.axis", axis)?;
                 if dimension == 2 && (axis[0] != 0.0 || axis[1] != 0.0) {

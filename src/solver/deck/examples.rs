@@ -29,6 +29,7 @@ pub fn empty(dimension: Dimension, contact: Contact) -> Model {
         mutual: None,
         local_damping: 0.0,
         domain: Bounds { low: Vec3::repeat(-0.02), high: Vec3::repeat(0.02) },
+        periodic: None,
         plan: Plan {
             step: 1e-6,
             reason: StepReason::Given,

@@ -2,7 +2,7 @@
 
 use super::values;
 use crate::model::{Arm, Coulomb, History, Model, Motion, WallShape};
-use crate::solver::{Limit, finite};
+use crate::solver::{Limit, capability, finite};
 
 /// Relative difference up to which a single sphere's inertia counts as its own.
 const ROUNDING: f64 = 1e-9;
@@ -26,35 +26,11 @@ fn features(model: &Model, limits: &mut Vec<Limit>) {
     if model.bodies.is_empty() {
         limits.push(Limit::refused("a deck needs at least one body"));
     }
+    limits.extend(capability::refusals(2, &needs));
     let refused = [
-        (
-            needs.meshes,
-            "mesh walls: LAMMPS 29 Sep 2021 has no triangulated walls; use LIGGGHTS or YADE",
-        ),
         (
             needs.oblique_planes && needs.friction,
             "friction at oblique planes: LAMMPS' region walls gave 0.2 % less tangential velocity than its own law in a sticking impact; use LIGGGHTS or YADE",
-        ),
-        (
-            needs.bonds,
-            "bonds: LAMMPS 29 Sep 2021 has none that break or resist shear (its package BPM came later); use YADE or rigid clumps",
-        ),
-        (
-            needs.zeroing,
-            "velocities set to zero every so many steps: LAMMPS would have to split its run, which repeats the set-up pass; settle in riprap first",
-        ),
-        (needs.mutual_gravity, "gravity between bodies: riprap writes no such LAMMPS deck"),
-        (needs.local_damping, "local (non-viscous) damping: LAMMPS has none; use YADE"),
-        (
-            needs.cohesion,
-            "cohesion: that of `pair_style granular` (DMT, JKR) belongs to Hertz contacts; use LIGGGHTS",
-        ),
-        (needs.bridges, "liquid bridges: LAMMPS has none"),
-        (needs.molecular, "molecular potentials: riprap writes no such LAMMPS deck"),
-        (needs.charges, "electrostatic forces: riprap writes no such LAMMPS deck"),
-        (
-            needs.rolling,
-            "resistance to rolling: that of `pair_style granular` (sds) is another formula; use LIGGGHTS",
         ),
         (
             needs.drag && needs.clumps,
@@ -107,11 +83,6 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
             "clumps turn by the Richardson-corrected quaternion step of fix rigid",
         ));
     }
-    if needs.clumps && needs.gravity {
-        limits.push(Limit::differs(
-            "in the set-up pass clumps have the velocity of half a step of gravity later, which the first half step then lacks",
-        ));
-    }
     if needs.normal_damping || needs.tangential_damping {
         limits.push(Limit::differs(
             "contact forces that are written are those of full-step velocities; the motion uses half-step ones",
@@ -146,10 +117,9 @@ fn bodies(model: &Model, limits: &mut Vec<Limit>) {
 fn walls(model: &Model, limits: &mut Vec<Limit>) {
     for wall in &model.walls {
         let plane = matches!(wall.shape, WallShape::Plane { .. });
-        let turns = matches!(wall.motion, Motion::Rotate { rate, .. } if rate != 0.0);
-        if plane && turns {
+        if matches!(wall.motion, Motion::Oscillate { .. }) {
             limits.push(Limit::refused(format!(
-                "wall `{}` turns: riprap writes no turning LAMMPS walls; use LIGGGHTS or YADE",
+                "wall `{}` oscillates: riprap writes no such LAMMPS walls; use LIGGGHTS or YADE",
                 wall.name
             )));
         }

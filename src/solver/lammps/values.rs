@@ -133,6 +133,7 @@ pub fn is_primitive(wall: &Wall) -> bool {
             moving.is_empty() || (moving.len() == 1 && moving[0] != axis)
         }
         Motion::Rotate { rate, .. } => rate == 0.0,
+        Motion::Oscillate { .. } | Motion::Servo { .. } => false,
     }
 }
 
@@ -279,7 +280,9 @@ impl Data {
                     x.y,
                     z,
                 ));
-                let (v, w) = (&body.velocity, &body.spin);
+                // The set-up pass takes these; later fix rigid has its own of clumps.
+                let v = body.velocity + body.spin.cross(&(x - body.position));
+                let w = &body.spin;
                 data.velocities.push((sphere + 1, v.x, v.y, v.z, w.x, w.y, w.z));
                 if needs.clumps {
                     data.molecules.push((sphere + 1, if clump { molecule } else { 0 }));

@@ -3,9 +3,9 @@
 use super::values;
 use crate::geometry::Mesh;
 use crate::model::extra::{Cohesion, Rolling};
-use crate::model::{Arm, Coulomb, History, Model, PairForces, WallShape};
+use crate::model::{Arm, Coulomb, History, Model, Motion, PairForces, WallShape};
 use crate::solver::mesh_check::{MeshFacts, inspect};
-use crate::solver::{Limit, finite};
+use crate::solver::{Limit, capability, finite};
 
 /// Smallest angle of a mesh triangle that LIGGGHTS takes with its default
 /// `curvature`, rad (0.256235 degrees).
@@ -35,26 +35,7 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
     if model.bodies.is_empty() {
         limits.push(Limit::refused("a deck needs at least one body"));
     }
-    if needs.zeroing {
-        limits.push(Limit::refused(
-            "velocities set to zero every so many steps: LIGGGHTS would have to split its run, which repeats the set-up pass; settle in riprap first",
-        ));
-    }
-    if needs.bonds {
-        limits.push(Limit::refused(
-            "bonds: LIGGGHTS-PUBLIC 3.8.0 has harmonic springs only, without shear, moments, damping or breakage; use YADE or rigid clumps",
-        ));
-    }
-    if needs.mutual_gravity {
-        limits.push(Limit::refused(
-            "gravity between bodies: LIGGGHTS has no such force; a deck without it would run another model",
-        ));
-    }
-    if needs.local_damping {
-        limits.push(Limit::refused(
-            "local (non-viscous) damping: LIGGGHTS has none; a deck without it would run another model",
-        ));
-    }
+    limits.extend(capability::refusals(0, &needs));
     extra(model, limits);
     if needs.friction && needs.tangential_damping && plan.law.coulomb != Coulomb::SpringThenDashpot
     {
@@ -82,9 +63,6 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
 fn extra(model: &Model, limits: &mut Vec<Limit>) {
     let needs = model.needs();
     let refused = [
-        (needs.bridges, "liquid bridges: LIGGGHTS' capillary models are other formulas"),
-        (needs.molecular, "molecular potentials: LIGGGHTS-PUBLIC has none"),
-        (needs.charges, "electrostatic forces: LIGGGHTS-PUBLIC has none"),
         (
             needs.drag && needs.clumps && !values::points(model).is_empty(),
             "drag on clumps whose centre of mass lies outside the hull of their sphere centres: the point that carries their mass would be slowed too",
@@ -155,6 +133,20 @@ fn bodies(model: &Model, limits: &mut Vec<Limit>) {
 }
 
 fn walls(model: &Model, limits: &mut Vec<Limit>) {
+    if model.needs().periodic && !values::surfaces(model).is_empty() {
+        limits.push(Limit::refused(
+            "mesh walls, oblique planes and planes that move along their normal in a periodic box: LIGGGHTS takes no mesh that reaches over a periodic side",
+        ));
+    }
+    for wall in &model.walls {
+        match wall.motion {
+            Motion::Oscillate { phase, .. } if phase != 0.0 => limits.push(Limit::refused(format!(
+                "wall `{}` oscillates from a phase that is not 0: fix move/mesh wiggle starts at 0",
+                wall.name
+            ))),
+            _ => {}
+        }
+    }
     for wall in &model.walls {
         let WallShape::Mesh { mesh } = &wall.shape else { continue };
         let facts = inspect(mesh);

@@ -24,6 +24,7 @@ const SKIN: f64 = 0.1;
 pub struct Script {
     header: Header,
     needs: Needs,
+    boundary: String,
     tension: bool,
     cohesion: &'static str,
     rolling: &'static str,
@@ -122,7 +123,13 @@ impl Surface<'_> {
             period: 0.0,
         };
         match &self.wall.motion {
-            Motion::Still => {}
+            // Servo walls are refused (see the limits).
+            Motion::Still | Motion::Servo { .. } => {}
+            Motion::Oscillate { amplitude, frequency, .. } => {
+                values.motion = "wiggle";
+                values.velocity = plain(amplitude);
+                values.period = 1.0 / frequency;
+            }
             Motion::Translate { velocity } => {
                 values.motion = if self.in_place { "slide" } else { "move" };
                 values.velocity = plain(velocity);
@@ -172,7 +179,8 @@ fn travelling_square(room: &Bounds, wall: &Wall, point: &Vec3, normal: &Vec3, ti
     let (centre, reach) = match &wall.motion {
         Motion::Rotate { origin, .. } => (*origin, (room.centre() - origin).norm()),
         Motion::Translate { velocity } => (room.centre(), velocity.norm() * time),
-        Motion::Still => (room.centre(), 0.0),
+        Motion::Oscillate { amplitude, .. } => (room.centre(), 2.0 * amplitude.norm()),
+        Motion::Still | Motion::Servo { .. } => (room.centre(), 0.0),
     };
     surface::square_mesh(
         &surface::project(&centre, point, normal),
@@ -196,6 +204,7 @@ fn primitive(wall: &Wall) -> Option<Plane> {
     };
     match &wall.motion {
         Motion::Still => Some(plane),
+        Motion::Oscillate { .. } | Motion::Servo { .. } => None,
         Motion::Translate { velocity } => {
             let moving: Vec<usize> = (0..3).filter(|a| velocity[*a] != 0.0).collect();
             match moving.as_slice() {
@@ -232,6 +241,11 @@ fn simulation_box(model: &Model, surfaces: &[Surface]) -> Bounds {
         room.union(&surface::swept(&surface.mesh, &surface.wall.motion, model.plan.duration()))
     });
     let mut all = room.grown(largest_radius(model));
+    if let Some(cell) = &model.periodic {
+        for axis in (0..3).filter(|axis| cell.periodic[*axis]) {
+            (all.low[axis], all.high[axis]) = (cell.bounds.low[axis], cell.bounds.high[axis]);
+        }
+    }
     if model.needs().discs && !surfaces.is_empty() {
         // LIGGGHTS sorts mesh elements by bounding spheres, which must lie in the box.
         let half = 2.0 * all.size().xy().max();
@@ -271,6 +285,7 @@ impl Script {
         Self {
             header: Header::new(solver, model, limits),
             needs,
+            boundary: boundary(model),
             tension: model.plan.law.tension,
             cohesion: cohesion_model(model).unwrap_or(""),
             rolling: rolling_model(model).unwrap_or(""),
@@ -297,6 +312,13 @@ impl Script {
             steps,
         }
     }
+}
+
+/// Arguments of the `boundary` command.
+fn boundary(model: &Model) -> String {
+    let flat = model.needs().discs;
+    let wraps = |axis: usize| model.periodic.is_some_and(|cell| cell.periodic[axis]);
+    [0, 1, 2].map(|axis| if wraps(axis) || flat && axis == 2 { "p" } else { "f" }).join(" ")
 }
 
 /// Name of the cohesion model, empty for none; `None` if there are two.

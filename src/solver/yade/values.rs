@@ -21,10 +21,14 @@ pub struct Script {
     frictions: Vec<(usize, usize, f64)>,
     planes: Vec<WallValues>,
     surfaces: Vec<WallValues>,
+    oscillating: Vec<Oscillating>,
+    servos: Vec<Servo>,
     moves: bool,
     verlet: f64,
     damping: f64,
     gravity: [f64; 3],
+    /// Edge lengths of the periodic cell.
+    cell: [f64; 3],
     bonds_every: usize,
     zero_every: u64,
     zero_until: u64,
@@ -61,6 +65,24 @@ struct WallValues {
     turn: [f64; 3],
 }
 
+/// A wall that goes back and forth.
+#[derive(Debug, Serialize)]
+struct Oscillating {
+    variable: String,
+    amplitude: [f64; 3],
+    frequency: f64,
+    phase: f64,
+}
+
+/// A wall that seeks a force.
+#[derive(Debug, Serialize)]
+struct Servo {
+    variable: String,
+    direction: [f64; 3],
+    force: f64,
+    speed: f64,
+}
+
 /// The template without values.
 #[derive(Debug, Serialize)]
 pub struct Nothing {}
@@ -87,10 +109,13 @@ impl Script {
             planes: walls(true),
             surfaces: walls(false),
             materials,
+            oscillating: oscillating(model),
+            servos: servos(model),
             moves: moves(model),
             verlet: VERLET * model.spheres.iter().map(|s| s.radius).fold(f64::INFINITY, f64::min),
             damping: model.local_damping,
             gravity: plain(&model.gravity),
+            cell: model.periodic.map_or([0.0; 3], |cell| plain(&cell.bounds.size())),
             bonds_every: super::bonds::looked_at_every(model),
             zero_every: model.plan.zero_every,
             zero_until: model.plan.zero_until.min(model.plan.steps),
@@ -98,6 +123,41 @@ impl Script {
             report_every: (model.plan.steps / 50).max(1),
         })
     }
+}
+
+/// Name of wall `number` in the deck.
+fn variable(number: usize) -> String {
+    format!("wall{number}")
+}
+
+fn oscillating(model: &Model) -> Vec<Oscillating> {
+    let walls = model.walls.iter().enumerate();
+    walls
+        .filter_map(|(number, wall)| match &wall.motion {
+            Motion::Oscillate { amplitude, frequency, phase } => Some(Oscillating {
+                variable: variable(number),
+                amplitude: plain(amplitude),
+                frequency: *frequency,
+                phase: *phase,
+            }),
+            _ => None,
+        })
+        .collect()
+}
+
+fn servos(model: &Model) -> Vec<Servo> {
+    let walls = model.walls.iter().enumerate();
+    walls
+        .filter_map(|(number, wall)| match &wall.motion {
+            Motion::Servo { direction, force, speed } => Some(Servo {
+                variable: variable(number),
+                direction: plain(direction),
+                force: *force,
+                speed: *speed,
+            }),
+            _ => None,
+        })
+        .collect()
 }
 
 /// A plane along an axis that stays one: at rest, sliding, or turning about its normal.
@@ -111,7 +171,7 @@ impl WallValues {
         let plane = is_plane(wall);
         let (axis, _, _) = wall.shape.axis_plane().unwrap_or((0, 0.0, 0.0));
         let mut values = Self {
-            variable: format!("wall{number}"),
+            variable: variable(number),
             name: wall.name.clone(),
             file: facet_file(wall),
             material: index_of(materials, wall.material, true),
@@ -126,7 +186,8 @@ impl WallValues {
             values.point = plain(point);
         }
         match &wall.motion {
-            Motion::Still => {}
+            // Walls of the other two kinds get their velocities in every step.
+            Motion::Still | Motion::Oscillate { .. } | Motion::Servo { .. } => {}
             Motion::Translate { velocity } => {
                 values.motion = "slide";
                 values.velocity = plain(velocity);
@@ -310,6 +371,8 @@ fn covering_triangle(
     let (centre, reach) = match &wall.motion {
         Motion::Rotate { origin, .. } => (*origin, (room.centre() - origin).norm()),
         Motion::Translate { velocity } => (room.centre(), velocity.norm() * time),
+        Motion::Oscillate { amplitude, .. } => (room.centre(), 2.0 * amplitude.norm()),
+        Motion::Servo { speed, .. } => (room.centre(), speed * time),
         Motion::Still => (room.centre(), 0.0),
     };
     let foot = surface::project(&centre, point, normal);

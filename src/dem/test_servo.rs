@@ -1,0 +1,192 @@
+//! Walls that seek a force, and walls that oscillate.
+
+use super::test_scenes::*;
+use super::*;
+use crate::model::*;
+use crate::num::Vec3;
+
+fn finish(model: &Model) -> Run {
+    let run = run(model, &Job::quiet()).expect("a usable model");
+    assert_eq!(run.outcome, Outcome::Finished);
+    run
+}
+
+const DOWN: Vec3 = Vec3::new(0.0, 0.0, -1.0);
+
+/// Layers of spheres in a box of planes under a lid that pushes down with `force`; as a mesh or a plane.
+fn press(scheme: Scheme, force: f64, mesh: bool) -> Model {
+    let mut model = empty(scheme, contact(0.3 * KN, 12.0, 4.0, 0.3));
+    model.plan.step = 2e-5;
+    let half = 2.1 * RADIUS;
+    for layer in 0..3 {
+        for place in 0..4 {
+            let (i, j) = (f64::from(place % 2) - 0.5, f64::from(place / 2) - 0.5);
+            let shift = 0.1 * f64::from(layer % 2);
+            let centre = Vec3::new(
+                (2.05 * i + shift) * RADIUS,
+                (2.05 * j - shift) * RADIUS,
+                (1.01 + 2.0 * f64::from(layer)) * RADIUS,
+            );
+            add_sphere(&mut model, centre, RADIUS, Vec3::zeros(), Vec3::zeros());
+        }
+    }
+    add_plane(&mut model, Vec3::zeros(), Vec3::z(), Motion::Still);
+    for normal in [Vec3::x(), -Vec3::x(), Vec3::y(), -Vec3::y()] {
+        add_plane(&mut model, normal * -half, normal, Motion::Still);
+    }
+    let motion = Motion::Servo { direction: DOWN, force, speed: 0.1 };
+    let top = 6.2 * RADIUS;
+    if mesh {
+        add_sheet(&mut model, 3, 1.5 * half, top, 0.0, motion);
+    } else {
+        add_plane(&mut model, Vec3::z() * top, DOWN, motion);
+    }
+    model
+}
+
+/// Sum of what the spheres feel from above: the forces that floor and lid exchange.
+fn floor_force(model: &Model, frame: &Frame) -> f64 {
+    let low = model.spheres.iter().zip(&frame.centres).map(|(sphere, c)| sphere.radius - c.z);
+    low.filter(|overlap| *overlap > 0.0).map(|overlap| KN * overlap).sum()
+}
+
+#[test]
+fn a_lid_reaches_the_force_that_was_asked_for() {
+    for (scheme, mesh) in
+        [(Scheme::Leapfrog, false), (Scheme::Leapfrog, true), (Scheme::PathAveraged, false)]
+    {
+        let asked = 40.0;
+        let mut model = press(scheme, asked, mesh);
+        (model.plan.steps, model.plan.series_every) = (8_000, 200);
+        let run = finish(&model);
+        let end = run.series.last().expect("a row");
+        assert!(end.kinetic < 1e-9, "{scheme:?} at rest {end:?}");
+        let floor = floor_force(&model, run.frames.last().expect("a frame"));
+        // Friction at the sides carries nothing that counts at rest in this regular stack.
+        assert!((floor / asked - 1.0).abs() < 0.05, "{scheme:?} {mesh} {floor}");
+        assert!(end.wall_work > 0.0);
+        let note = &run.notes[0];
+        let force: f64 = note.split(' ').nth(4).expect("a number").parse().expect("a number");
+        assert!(note.starts_with("wall `wall5` pushes with "), "{note}");
+        assert!((force / asked - 1.0).abs() < 1e-5, "{note}");
+        for row in &run.series {
+            assert!(row.energy_error.abs() < 0.03 * end.wall_work, "{scheme:?} {mesh} {row:?}");
+        }
+    }
+}
+
+#[test]
+fn one_grain_between_floor_and_lid_carries_exactly_the_force() {
+    let mut model = empty(Scheme::Leapfrog, contact(0.0, 10.0, 0.0, 0.0));
+    add_sphere(&mut model, Vec3::z() * RADIUS, RADIUS, Vec3::zeros(), Vec3::zeros());
+    add_plane(&mut model, Vec3::zeros(), Vec3::z(), Motion::Still);
+    let motion = Motion::Servo { direction: DOWN, force: 15.0, speed: 0.05 };
+    add_plane(&mut model, Vec3::z() * 2.1 * RADIUS, DOWN, motion);
+    (model.plan.step, model.plan.steps) = (2e-5, 6_000);
+    let run = finish(&model);
+    let height = run.frames.last().expect("a frame").centres[0].z;
+    assert!((KN * (RADIUS - height) / 15.0 - 1.0).abs() < 1e-9, "{}", KN * (RADIUS - height));
+    // Work of the lid after it has met the grain: both springs; the rest went into dashpots.
+    let end = run.series.last().expect("a row");
+    assert!((end.elastic / (15.0f64.powi(2) / KN) - 1.0).abs() < 1e-8);
+    assert!((end.wall_work - end.elastic - end.normal_dashpot).abs() < 1e-3 * end.wall_work);
+}
+
+#[test]
+fn contacts_with_a_servo_wall_count_four_thirds_in_the_step_limit() {
+    // Floor and lid, no dashpots: λ = (1 + 4/3) kn/m.
+    let limit = 2.0 / (7.0 / 3.0 * KN / MASS).sqrt();
+    let (overlap, nudge) = (1e-3 * RADIUS, 1e-6 * RADIUS);
+    let off = |part: f64| {
+        let mut model = empty(Scheme::Leapfrog, contact(0.0, 0.0, 0.0, 0.0));
+        let place = RADIUS - overlap;
+        add_sphere(&mut model, Vec3::z() * place, RADIUS, Vec3::zeros(), Vec3::zeros());
+        add_plane(&mut model, Vec3::zeros(), Vec3::z(), Motion::Still);
+        let motion = Motion::Servo { direction: DOWN, force: KN * overlap, speed: 5.0 };
+        add_plane(&mut model, Vec3::z() * (place + RADIUS - overlap - nudge), DOWN, motion);
+        assert!((advise(&model).network.expect("contacts") / limit - 1.0).abs() < 1e-3);
+        (model.plan.step, model.plan.steps, model.plan.insist) = (part * limit, 3_000, true);
+        model.plan.guard = Guard { gain: 0.0, overlap: 0.0, travel: 0.0, shaking: 0.0 };
+        let run = finish(&model);
+        (run.frames.last().expect("a frame").centres[0].z - place).abs()
+    };
+    assert!(off(0.99) < 1e-6 * nudge, "{:e}", off(0.99));
+    assert!(off(1.01) > 10.0 * nudge, "{:e}", off(1.01));
+}
+
+#[test]
+fn dashpots_do_not_make_a_servo_wall_swing() {
+    // A wall that answered to the dashpot would swing by c/(2 kn Δt) = 25 a step.
+    let mut model = empty(Scheme::Leapfrog, contact(0.0, 25.0, 0.0, 0.0));
+    add_sphere(&mut model, Vec3::z() * RADIUS, RADIUS, Vec3::zeros(), Vec3::zeros());
+    add_plane(&mut model, Vec3::zeros(), Vec3::z(), Motion::Still);
+    let motion = Motion::Servo { direction: DOWN, force: 15.0, speed: 0.05 };
+    add_plane(&mut model, Vec3::z() * 2.01 * RADIUS, DOWN, motion);
+    (model.plan.step, model.plan.steps, model.plan.series_every) = (5e-6, 20_000, 1);
+    let run = finish(&model);
+    let work: Vec<f64> = run.series.iter().map(|row| row.wall_work).collect();
+    let falls = work.windows(2).filter(|w| w[1] < w[0] * (1.0 - 1e-6)).count();
+    assert!(falls < 1_000, "{falls} steps of the lid away from the sphere");
+    for row in &run.series {
+        assert!(row.energy_error.abs() < 1e-2 * work[work.len() - 1], "{row:?}");
+    }
+}
+
+#[test]
+fn a_servo_goes_on_from_a_checkpoint_as_if_nothing_had_been() {
+    struct Keep(Vec<Vec<u8>>, Option<Frame>);
+    impl Observer for Keep {
+        fn frame(&mut self, frame: &Frame) {
+            self.1 = Some(frame.clone());
+        }
+        fn row(&mut self, _row: &SeriesRow) {}
+        fn checkpoint(&mut self, bytes: &[u8]) {
+            self.0.push(bytes.to_vec());
+        }
+    }
+    let mut model = press(Scheme::Leapfrog, 40.0, true);
+    (model.plan.steps, model.plan.checkpoint_every) = (600, 400);
+    let mut whole = Keep(Vec::new(), None);
+    simulate(&model, None, &Job::quiet(), &mut whole).expect("it runs");
+    let mut rest = Keep(Vec::new(), None);
+    simulate(&model, Some(&whole.0[0]), &Job::quiet(), &mut rest).expect("it goes on");
+    assert_eq!(whole.1, rest.1);
+}
+
+#[test]
+fn a_slow_oscillation_is_a_translation_and_a_fast_one_follows_its_sine() {
+    for scheme in [Scheme::Leapfrog, Scheme::Liggghts, Scheme::Yade, Scheme::PathAveraged] {
+        for mesh in [false, true] {
+            let hit = |motion: Motion| {
+                let mut model = empty(scheme, contact(0.0, 2.0, 0.0, 0.0));
+                model.plan.step = 1e-5;
+                model.plan.steps = 300;
+                add_sphere(
+                    &mut model,
+                    // They meet within a step, not at the end of one, where a rounding error decides.
+                    Vec3::z() * 1.0203 * RADIUS,
+                    RADIUS,
+                    Vec3::zeros(),
+                    Vec3::zeros(),
+                );
+                if mesh {
+                    add_sheet(&mut model, 2, 0.05, 0.0, 0.0, motion);
+                } else {
+                    add_plane(&mut model, Vec3::zeros(), Vec3::z(), motion);
+                }
+                let frame = finish(&model).frames.pop().expect("a frame");
+                frame.velocities[0].z
+            };
+            let steady = hit(Motion::Translate { velocity: Vec3::z() * 0.4 });
+            let frequency = 1e-4;
+            let amplitude = Vec3::z() * (0.4 / (std::f64::consts::TAU * frequency));
+            let slow = hit(Motion::Oscillate { amplitude, frequency, phase: 0.0 });
+            assert!(steady > 0.6 && (slow / steady - 1.0).abs() < 1e-9, "{scheme:?} {mesh} {slow}");
+            // A quarter of a period in 3 ms: the wall is faster at first and slower at the end.
+            let frequency = 1.0 / 12e-3;
+            let amplitude = Vec3::z() * (0.4 / (std::f64::consts::TAU * frequency));
+            let bent = hit(Motion::Oscillate { amplitude, frequency, phase: 0.0 });
+            assert!(bent < steady * (1.0 - 1e-3), "{scheme:?} {mesh} {bent} {steady}");
+        }
+    }
+}
