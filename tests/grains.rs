@@ -76,8 +76,16 @@ fn unions_against_random_points(parameters: &UnionParameters, count: u32) {
         let parts: Vec<_> =
             solids.iter().map(|solid| Faceted::new(*solid, parameters.segments)).collect();
         let mut points = random::stream(12, "points", index);
-        let (expected, error) = monte_carlo(&parts, &mesh, 20_000, &mut points);
-        let deviation = (mesh.mass_properties().volume - expected) / error;
+        let volume = mesh.mass_properties().volume;
+        let mut off = |points_used: u32| {
+            let (expected, error) = monte_carlo(&parts, &mesh, points_used, &mut points);
+            (volume - expected) / error
+        };
+        let mut deviation = off(20_000);
+        // Where nearly all points are inside, those outside are few and not Gaussian.
+        if deviation.abs() > 4.0 {
+            deviation = off(2_000_000);
+        }
         assert!(deviation.abs() < 5.0, "grain {index}: {deviation} standard errors");
         squares += deviation * deviation;
 

@@ -65,7 +65,7 @@ fn lock_step(
     every: u64,
     screen: &Screen,
 ) -> Result<(), Ending> {
-    let found = road.lock_step(solvers, every)?;
+    let found = road.lock_step(solvers, every, every)?;
     screen.remarks(road);
     let mut text = format!(
         "{}: all codes start again from the same state every {every} steps\n\

@@ -195,8 +195,9 @@ impl Fitted {
         let limit = |centre: &Vec3| most - target.distance.at(centre);
         let maximal = |coarse: &Patches, allowed: f64| {
             let mut balls = cover::candidates(coarse, stride, allowed, smallest, widest);
-            for ball in &mut balls {
-                ball.radius = ball.radius.min(limit(&ball.centre));
+            // Free spheres stick out by `allowed` and what lies between two points: less.
+            if self.protrusion.is_some() {
+                balls.iter_mut().for_each(|b| b.radius = b.radius.min(limit(&b.centre)));
             }
             balls.retain(|ball| ball.radius >= smallest);
             balls

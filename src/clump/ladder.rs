@@ -11,6 +11,11 @@ use crate::shape::Solid;
 const LADDER: [u32; 17] =
     [5, 7, 10, 14, 20, 28, 40, 56, 80, 113, 160, 226, 320, 452, 640, 905, 1280];
 
+/// Keys of the methods that can be asked for a number of spheres.
+pub fn counted() -> impl Iterator<Item = &'static str> {
+    METHODS.iter().map(|entry| entry.key).filter(|key| Method::with_spheres(key, 20).is_some())
+}
+
 impl Method {
     /// The method called `key` with at most `spheres` spheres and otherwise its defaults.
     ///
@@ -18,7 +23,7 @@ impl Method {
     /// [`ClumpError::Input`] if there is no such method.
     pub fn by_key(key: &str, spheres: u32) -> Result<Self, ClumpError> {
         Self::with_spheres(key, spheres).ok_or_else(|| {
-            let known: Vec<&str> = METHODS.iter().map(|entry| entry.key).collect();
+            let known: Vec<&str> = counted().collect();
             let allowed = format!("one of {}", known.join(", "));
             ClumpError::Input(Fault::new("method", format!("is \"{key}\""), allowed))
         })

@@ -32,7 +32,7 @@ pub use euclidean::Euclidean;
 pub use fidelity::{POINTS, measure};
 pub use fitted::{Fitted, Volume};
 pub use four_points::FourPoints;
-pub use ladder::reproduce_to_error;
+pub use ladder::{counted, reproduce_to_error};
 pub use lattice::{Lattice, Stacking};
 pub use nodes::{Nodes, Place};
 pub use normals::{Normals, Order};

@@ -40,7 +40,8 @@ pub struct Refiner<'a> {
     pub inner_weight: f64,
     /// Least radius, m.
     pub smallest: f64,
-    /// Largest radius that a sphere with this centre may have, m.
+    /// Largest radius that a sphere with this centre may have, m; between two centres it
+    /// must not change by more than their distance.
     pub limit: &'a dyn Fn(&Vec3) -> f64,
 }
 
@@ -55,6 +56,8 @@ pub struct Fit {
     owners: Vec<u32>,
     /// f of every point without its sphere, m.
     seconds: Vec<f64>,
+    /// Lower bounds of the limit of every sphere, m; −∞ where nothing is known.
+    limits: Vec<f64>,
     /// Weighted mean |f|^p.
     pub cost: f64,
 }
@@ -64,6 +67,7 @@ impl Refiner<'_> {
     pub fn assign(&self, balls: Vec<Ball>) -> Fit {
         let count = self.patches.points.len();
         let mut fit = Fit {
+            limits: vec![f64::NEG_INFINITY; balls.len()],
             balls,
             gaps: vec![f64::INFINITY; count],
             owners: vec![0; count],
@@ -129,8 +133,9 @@ impl Refiner<'_> {
         if self.power == 2.0 { gap * gap } else { gap.abs().powf(self.power) }
     }
 
-    /// One damped Gauss–Newton step of every sphere against its own points.
-    fn step(&self, fit: &Fit, damping: f64) -> Vec<Ball> {
+    /// One damped Gauss–Newton step of every sphere against its own points, and new bounds of
+    /// their limits.
+    fn step(&self, fit: &Fit, damping: f64) -> (Vec<Ball>, Vec<f64>) {
         let mut matrices = vec![Matrix4::<f64>::zeros(); fit.balls.len()];
         let mut sides = vec![Vector4::<f64>::zeros(); fit.balls.len()];
         // Where |f| is far below its mean, |f|^(p−2) is unbounded or of no weight.
@@ -155,11 +160,12 @@ impl Refiner<'_> {
         let newton = 1.0 / (self.power - 1.0).max(1.0);
         fit.balls
             .iter()
+            .zip(&fit.limits)
             .zip(matrices.iter().zip(&sides))
-            .map(|(ball, (matrix, side))| {
+            .map(|((ball, &limit), (matrix, side))| {
                 let scale = matrix.trace() / 4.0;
                 let damped = matrix + Matrix4::identity() * (scale * damping);
-                let Some(solved) = damped.cholesky() else { return *ball };
+                let Some(solved) = damped.cholesky() else { return (*ball, limit) };
                 let mut change = solved.solve(side) * newton;
                 let most = 0.5 * ball.radius;
                 let length = change.norm();
@@ -167,14 +173,18 @@ impl Refiner<'_> {
                     change *= most / length;
                 }
                 let centre = ball.centre + change.xyz();
-                let radius = (ball.radius + change.w).min((self.limit)(&centre));
+                let asked = ball.radius + change.w;
+                // Like a distance, the limit changes by no more than the centre moves.
+                let bound = limit - change.xyz().norm();
+                let limit_here = if asked <= bound { bound } else { (self.limit)(&centre) };
+                let radius = asked.min(limit_here);
                 if radius.is_finite() && radius >= self.smallest {
-                    Ball { centre, radius }
+                    (Ball { centre, radius }, limit_here)
                 } else {
-                    *ball
+                    (*ball, limit)
                 }
             })
-            .collect()
+            .unzip()
     }
 
     /// At most `sweeps` sweeps; the best set seen that hangs together, or what was given.
@@ -185,7 +195,8 @@ impl Refiner<'_> {
         let mut idle = 0;
         let mut is_held = true;
         for _ in 0..sweeps {
-            let next = self.assign(self.step(&fit, damping));
+            let (balls, limits) = self.step(&fit, damping);
+            let next = Fit { limits, ..self.assign(balls) };
             if next.cost < fit.cost {
                 idle = if next.cost > fit.cost * (1.0 - WORTH) { idle + 1 } else { 0 };
                 fit = next;

@@ -5,7 +5,7 @@ use super::{
     Axial, Clump, ClumpError, Dynamic, Euclidean, Fitted, FourPoints, Lattice, Nodes, Normals,
     Replaced,
 };
-use crate::geometry::{Ball, SignedDistance, united};
+use crate::geometry::{Ball, MassProperties, SignedDistance, united};
 use crate::num::random::{Stream, stream};
 use crate::num::{Fault, Job};
 use crate::shape::Solid;
@@ -45,6 +45,8 @@ pub enum MassSource {
     Solid,
     /// The union of its spheres, overlaps counted once.
     Union,
+    /// The union of its spheres, its density corrected so that the mass is that of the solid.
+    Corrected,
 }
 
 /// A solid prepared for fitting.
@@ -177,6 +179,11 @@ pub fn reproduce(
     let properties = match mass {
         MassSource::Solid => solid.mass,
         MassSource::Union => united::balls(&found.balls, 4 * united::PANELS).mass,
+        MassSource::Corrected => {
+            let union = united::balls(&found.balls, 4 * united::PANELS).mass;
+            let density = solid.mass.volume / union.volume;
+            MassProperties { volume: solid.mass.volume, inertia: union.inertia * density, ..union }
+        }
     };
     let (inertia, axes) = properties.principal();
     let balls = found
@@ -330,6 +337,21 @@ pub(super) mod tests {
             assert!((a.centre - b.centre * 2f64.powi(14)).norm() < 1e-9);
             assert!((a.radius - b.radius * 2f64.powi(14)).abs() < 1e-9);
         }
+    }
+
+    #[test]
+    fn a_corrected_density_keeps_the_mass_and_turns_like_the_union() {
+        let solid = solid("l", l_mesh());
+        let [of_solid, of_union, corrected] =
+            [MassSource::Solid, MassSource::Union, MassSource::Corrected]
+                .map(|mass| make(&solid, &normals(8, 0.05), mass));
+        assert!((of_union.volume / of_solid.volume - 1.0).abs() > 0.01);
+        assert_eq!(corrected.volume, of_solid.volume);
+        for (a, b) in corrected.balls.iter().zip(&of_union.balls) {
+            assert!((a.centre - b.centre).norm() < 1e-12 && a.radius == b.radius);
+        }
+        let [a, b] = [&corrected, &of_union].map(|clump| clump.inertia / clump.volume);
+        assert!((a - b).norm() < 1e-12 * b.norm());
     }
 
     #[test]

@@ -20,7 +20,7 @@ use super::bond_law::{self, Action, Pose};
 use super::law::{self, Approach, Book, Rule, Tally, Variant, for_kind};
 use super::setting::Setting;
 use super::state::{State, is_alone};
-use crate::model::{Bond, Break, Scheme, Section, Touch};
+use crate::model::{Bond, Break, BreakMode, Scheme, Section, Touch};
 use crate::num::{Rotation, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -356,7 +356,7 @@ fn intact(setting: &Setting<'_>, state: &mut State, bonds: &mut Bonds, index: us
     };
     let section = |radius| Section::new(setting.model.dimension, radius);
     if let Some(mode) = bond_law::breaks(bond, &action, section) {
-        let energy = snap(setting, state, bonds, &pair, &action, rule);
+        let energy = snap(setting, state, bonds, &pair, (&action, mode), rule);
         bonds.broken.push(Break {
             bond: index as u32,
             step: state.step,
@@ -396,7 +396,7 @@ fn snap(
     state: &mut State,
     bonds: &mut Bonds,
     pair: &Pair<'_>,
-    action: &Action,
+    (action, mode): (&Action, BreakMode),
     rule: &Rule,
 ) -> f64 {
     let k = pair.index;
@@ -404,7 +404,11 @@ fn snap(
     let law = contact_law(setting, state, pair);
     if let Some(spring) = bonds.book.spring.get_mut(k) {
         let held = law.kt > 0.0 && setting.kept.friction;
-        let part = if held { pair.joint.bond.shear / law.kt } else { 0.0 };
+        let mut part = if held { pair.joint.bond.shear / law.kt } else { 0.0 };
+        if setting.scheme == Scheme::Yade && mode == BreakMode::Shear {
+            // YADE sets the shear force to the limit of friction, where it was below it too.
+            part *= (-law.friction * action.pull).max(0.0) / action.shear;
+        }
         *spring = action.slip * part;
     }
     if let Some(normal) = bonds.book.normal.get_mut(k) {

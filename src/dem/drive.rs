@@ -6,7 +6,7 @@ use super::setting::Setting;
 use super::state::{Load, State};
 use super::{
     DemError, Observer, Summary, averaged_motion, bond, checkpoint, extra, guard, ledger, limit,
-    motion, neighbours, pushes, servo, zeroing,
+    lost, motion, neighbours, pushes, servo, zeroing,
 };
 use crate::model::{Cost, Model, Outcome, Scheme};
 use crate::num::{Job, Vec3, clock};
@@ -70,6 +70,7 @@ pub fn simulate(
             motion::finish(&setting, &mut state);
         }
         zeroing::apply(&setting, &mut state);
+        lost::apply(&setting, &mut state);
         if stopped.is_some() || is_due(&setting, state.step) {
             record(&setting, &mut state, observer, stopped.is_some())?;
         }
@@ -103,7 +104,11 @@ pub fn simulate(
         },
         advice,
         rebuilds: state.rebuilds,
-        notes: watch.notes.into_iter().chain(servo::notes(model, &state.servos)).collect(),
+        notes: lost::notes(&setting, &state)
+            .into_iter()
+            .chain(watch.notes)
+            .chain(servo::notes(model, &state.servos))
+            .collect(),
     })
 }
 
@@ -160,7 +165,7 @@ fn one_step(
     }
     state.ledger.add_half();
     move_walls(setting, state, (state.step + 1) as f64 * setting.step);
-    if motion::advance(setting, state, owed) | state.bonds.take_changed() {
+    if motion::advance(setting, state, owed) | lists_are_old(state) {
         neighbours::rebuild(setting, state);
     }
     force_pass(setting, state, work, false);
@@ -169,6 +174,11 @@ fn one_step(
         motion::finish(setting, state);
     }
     owed
+}
+
+/// Whether something besides motion asks for new lists.
+fn lists_are_old(state: &mut State) -> bool {
+    state.bonds.take_changed() | state.gone.take_changed()
 }
 
 /// Whether velocities are looked at after step `step`: something is written, or the guard
@@ -187,7 +197,7 @@ fn is_due(setting: &Setting<'_>, step: u64) -> bool {
 /// Half a step, force pass, half a step.
 fn averaged_step(setting: &mut Setting<'_>, state: &mut State, work: &mut Workspace) {
     move_walls(setting, state, (state.step as f64 + 0.5) * setting.step);
-    if averaged_motion::first_half(setting, state) | state.bonds.take_changed() {
+    if averaged_motion::first_half(setting, state) | lists_are_old(state) {
         neighbours::rebuild(setting, state);
     }
     force_pass(setting, state, work, false);

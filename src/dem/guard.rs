@@ -2,7 +2,7 @@
 //!
 //! After each step in which lists were built (a body cannot go farther than half the skin
 //! between two builds), and every [`EVERY`] steps:
-//! - numbers that are not finite, bodies outside the domain, bodies that move too large a
+//! - numbers that are not finite, bodies outside the domain (unless [`super::lost`] is for them), bodies that move too large a
 //!   part of a radius in a step (and may pass through walls and each other);
 //! - a step above the bound of the contacts that are there now (see [`super::network`]);
 //! - overlaps.
@@ -22,11 +22,11 @@ use super::ledger;
 use super::network::Network;
 use super::setting::Setting;
 use super::state::State;
-use crate::model::{Frame, Guard};
+use crate::model::{Frame, Guard, Lost};
 use crate::num::Vec3;
 
 /// Most steps between two looks.
-pub const EVERY: u64 = 128;
+pub const EVERY: u64 = crate::model::LOOK_EVERY;
 /// Changes of contact forces below this part of the forces are not looked at.
 const NOISE: f64 = 1e-3;
 /// Nor those that so many units in the last place of the positions make: bodies between walls
@@ -187,6 +187,7 @@ impl Watch {
 
 /// Numbers that are not finite, and bodies outside the domain.
 fn places(setting: &Setting<'_>, state: &State) -> Option<String> {
+    let stops = setting.model.plan.guard.lost == Lost::Stop;
     for ball in &state.balls {
         let body = ball.body;
         let finite = ball.place.iter().chain(ball.velocity.iter()).all(|x| x.is_finite());
@@ -197,7 +198,7 @@ fn places(setting: &Setting<'_>, state: &State) -> Option<String> {
                 setting.step
             ));
         }
-        if setting.model.is_outside(&ball.place) {
+        if stops && setting.model.is_outside(&ball.place) {
             return Some(format!(
                 "body {body} left the domain at ({}, {}, {}) m; enlarge the domain, close the \
                  walls, or reduce the time step if it went through one",
@@ -275,7 +276,7 @@ fn shaking(setting: &Setting<'_>, state: &State, loads: &[Vec<Vec3>]) -> (f64, f
         squares[0] += early.norm_squared() * light;
         squares[1] += late.norm_squared() * light;
         whole += loads[2][slot].norm_squared() * light;
-        let unit = f64::EPSILON * (ball.place.amax() + ball.radius);
+        let unit = f64::EPSILON * ball.place.amax();
         rounding += (UNITS * unit * stiffest).powi(2) * light;
         let change = late.norm_squared() * light;
         if change > most.0 {

@@ -31,6 +31,8 @@ pub struct Ledger {
     pub local_damping: f64,
     /// Kinetic energy taken where velocities were set to zero.
     pub zeroed: f64,
+    /// Energy of bodies that were taken out.
+    pub lost: f64,
     /// Dissipated by drag.
     pub drag: f64,
     /// Half of the work of drag in the present pass.
@@ -246,6 +248,7 @@ pub fn row(setting: &Setting<'_>, state: &State) -> SeriesRow {
         + state.bonds.damped
         + state.bonds.released
         + ledger.zeroed
+        + ledger.lost
         + ledger.contacts.rolling
         + ledger.contacts.wetting
         + ledger.drag;
@@ -275,6 +278,8 @@ pub fn row(setting: &Setting<'_>, state: &State) -> SeriesRow {
         bond_released: state.bonds.released,
         bonds: state.bonds.intact(),
         zeroed: ledger.zeroed,
+        lost: state.gone.all.len() as u64,
+        lost_energy: ledger.lost,
         energy_error: kinetic
             + found.elastic
             + found.bonds

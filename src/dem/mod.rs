@@ -48,6 +48,7 @@ mod guard;
 mod law;
 mod ledger;
 pub mod limit;
+mod lost;
 mod motion;
 mod neighbours;
 mod network;
@@ -71,6 +72,8 @@ mod test_bonds;
 mod test_extra;
 #[cfg(test)]
 mod test_far;
+#[cfg(test)]
+mod test_lost;
 #[cfg(test)]
 mod test_network;
 #[cfg(test)]
@@ -479,6 +482,9 @@ fn usable(model: &Model) -> Result<(), DemError> {
         if !(sphere.radius.is_finite() && sphere.radius > 0.0) {
             return fault(format!("sphere {index} has the radius {} m", sphere.radius));
         }
+    }
+    if let Some(problem) = lost::problem(model) {
+        return fault(problem.to_owned());
     }
     periodic(model)?;
     bonds_usable(model)?;

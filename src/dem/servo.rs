@@ -29,6 +29,7 @@ use super::surface;
 use crate::model::{Contact, Model, Motion, Scheme};
 use crate::num::Vec3;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
 
 /// Share of the gap that one step closes if only the contacts give way.
 const GAIN: f64 = 0.5;
@@ -95,6 +96,19 @@ pub fn notes(model: &Model, servos: &[Servo]) -> Vec<String> {
 pub fn advance(setting: &Setting<'_>, state: &mut State) {
     for servo in &mut state.servos {
         servo.travel += servo.speed * setting.step;
+    }
+}
+
+impl WallNow {
+    /// LIGGGHTS' `wiggle` adds up velocity times step of every step: Σ cos(kθ + φ) over k = 1 to
+    /// `steps` is sin(nθ/2) cos((n + 1)θ/2 + φ)/sin(θ/2). Off the sine by half a step's change.
+    pub fn add_velocities(&mut self, motion: &Motion, step: f64, steps: f64) {
+        if let Motion::Oscillate { amplitude, frequency, phase } = motion {
+            let angle = TAU * frequency * step;
+            let half = 0.5 * angle;
+            let sum = (steps * half).sin() * ((steps + 1.0) * half + phase).cos() / half.sin();
+            self.shift = amplitude * (angle * sum);
+        }
     }
 }
 

@@ -130,6 +130,9 @@ impl<'a> Setting<'a> {
         for (index, (now, wall)) in self.walls.iter_mut().zip(&self.model.walls).enumerate() {
             let servo = servos.get(index).copied().unwrap_or_default();
             *now = WallNow::of(&wall.motion, &servo, time, ahead);
+            if self.scheme == Scheme::Liggghts {
+                now.add_velocities(&wall.motion, self.step, (time / self.step).round());
+            }
         }
     }
 

@@ -4,6 +4,7 @@ use super::bond::Bonds;
 use super::extra::Links;
 use super::law::Book;
 use super::ledger::Ledger;
+use super::lost::Leavers;
 use super::servo::Servo;
 use super::setting::Setting;
 use super::turn;
@@ -17,7 +18,7 @@ use serde::{Deserialize, Serialize};
 pub struct Ball {
     /// Centre, m.
     pub place: Vec3,
-    /// Radius, m.
+    /// Radius, m; NaN of bodies that were taken out.
     pub radius: f64,
     /// Velocity, m/s.
     pub velocity: Vec3,
@@ -112,6 +113,8 @@ pub struct State {
     /// How far spheres and walls went in half a step when the lists were built, m;
     /// 0 where only the places of a force pass matter.
     pub sweep: f64,
+    /// Bodies that were taken out.
+    pub gone: Leavers,
     /// Servo walls, one entry each wall; empty if there is none.
     pub servos: Vec<Servo>,
     /// What changes of the bonds.
@@ -143,6 +146,7 @@ impl State {
             built_at: 0,
             rebuilds: 0,
             sweep: 0.0,
+            gone: Leavers::default(),
             servos: match setting.needs.servo_walls {
                 true => vec![Servo::default(); model.walls.len()],
                 false => Vec::new(),

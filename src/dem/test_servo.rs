@@ -106,7 +106,8 @@ fn contacts_with_a_servo_wall_count_four_thirds_in_the_step_limit() {
         add_plane(&mut model, Vec3::z() * (place + RADIUS - overlap - nudge), DOWN, motion);
         assert!((advise(&model).network.expect("contacts") / limit - 1.0).abs() < 1e-3);
         (model.plan.step, model.plan.steps, model.plan.insist) = (part * limit, 3_000, true);
-        model.plan.guard = Guard { gain: 0.0, overlap: 0.0, travel: 0.0, shaking: 0.0 };
+        model.plan.guard =
+            Guard { gain: 0.0, overlap: 0.0, travel: 0.0, shaking: 0.0, ..Guard::default() };
         let run = finish(&model);
         (run.frames.last().expect("a frame").centres[0].z - place).abs()
     };

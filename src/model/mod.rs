@@ -19,7 +19,7 @@ pub use contact::{Contact, ContactTable};
 pub use extra::{Extra, PairForces};
 pub use far::{FarMethod, MutualGravity, TreeParameters};
 pub use needs::Needs;
-pub use plan::{Arm, Coulomb, Guard, History, Law, Plan, Scheme, StepReason};
+pub use plan::{Arm, Coulomb, Guard, History, LOOK_EVERY, Law, Lost, Plan, Scheme, StepReason};
 pub use run::{Cost, Outcome, Run, SeriesRow, Touch};
 pub use state::{BodyState, Frame};
 pub use wall::{Motion, Wall, WallShape};

@@ -208,11 +208,32 @@ pub struct Guard {
     /// How far the changes of the contact forces from one step to the next may be opposed to
     /// those of the step before (1: they alternate, as in an unstable run). Default 0.7.
     pub shaking: f64,
+    /// What happens where a body leaves the domain: "stop" (default) the run, "remove" it, or
+    /// "go_on" with it.
+    pub lost: Lost,
+}
+
+/// Steps between two looks for bodies that have left the domain.
+pub const LOOK_EVERY: u64 = 128;
+
+/// What happens where a body leaves the domain.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, schemars::JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
+pub enum Lost {
+    /// The run stops.
+    #[default]
+    Stop,
+    /// It is taken out of the run and counted (LIGGGHTS `thermo_modify lost ignore`).
+    Remove,
+    /// It goes on outside; a note counts such bodies at the end.
+    GoOn,
 }
 
 impl Default for Guard {
     fn default() -> Self {
-        Self { overlap: 0.5, travel: 0.5, gain: 0.5, shaking: 0.7 }
+        Self { overlap: 0.5, travel: 0.5, gain: 0.5, shaking: 0.7, lost: Lost::Stop }
     }
 }
 

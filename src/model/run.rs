@@ -106,6 +106,12 @@ pub struct SeriesRow {
     pub bonds: u64,
     /// Kinetic energy taken by setting velocities to zero since time 0.
     pub zeroed: f64,
+    /// Bodies that left the domain and were taken out since time 0.
+    #[serde(default)]
+    pub lost: u64,
+    /// Energy that they took with them, of motion and of their contacts.
+    #[serde(default)]
+    pub lost_energy: f64,
     /// Kinetic + elastic + gravitational + dissipated − wall work − its value at time 0.
     pub energy_error: f64,
     /// Number of contacts, walls included.

@@ -19,7 +19,7 @@ fn line(name: impl Into<String>, points: Vec<(f64, f64)>) -> Series {
 /// over time; terms that are 0 throughout are left out.
 pub fn energies(rows: &[SeriesRow]) -> Chart {
     type Term = (&'static str, fn(&SeriesRow) -> f64);
-    let terms: [Term; 16] = [
+    let terms: [Term; 17] = [
         ("kinetic", |r| r.kinetic),
         ("elastic", |r| r.elastic),
         ("gravitational", |r| r.gravitational),
@@ -36,6 +36,7 @@ pub fn energies(rows: &[SeriesRow]) -> Chart {
         ("dashpots of bonds", |r| r.bond_damping),
         ("set free by breaks", |r| r.bond_released),
         ("zeroed velocities", |r| r.zeroed),
+        ("bodies taken out", |r| r.lost_energy),
     ];
     let series = terms
         .into_iter()

@@ -1,7 +1,8 @@
 //! Lock-step: every code starts again from the same state every so many steps, so that
 //! agreement is shown along a whole run and not only until chaos parts them.
 //!
-//! The states are those of riprap's own run of the scene. At each of them contacts forget
+//! The states are those of riprap's own run of the scene (all of them, also where a segment
+//! is shorter than the way to the next). At each of them contacts forget
 //! their tangential springs, in all codes alike: riprap in the scene's scheme, each solver,
 //! and riprap in the scheme and law of that solver run on for as many steps, and the places
 //! they end at are compared. Cost: twice the run here, once in each solver, and a start of
@@ -37,8 +38,10 @@ pub struct Segment {
 pub struct LockStep {
     /// Title of the scene.
     pub title: String,
-    /// Steps of a segment.
+    /// Steps from one start to the next.
     pub every: u64,
+    /// Steps of a segment.
+    pub length: u64,
     /// What `from_twin` may be.
     pub tolerance: f64,
     /// All segments, by time, then by solver.
@@ -77,8 +80,8 @@ impl LockStep {
 }
 
 impl Road {
-    /// Runs the scene in lock-step with `solvers`, `every` steps a segment; writes
-    /// `lockstep.csv` and `lockstep.json`.
+    /// Runs the scene in lock-step with `solvers`: from its state at every `every` steps for
+    /// `length` steps; writes `lockstep.csv` and `lockstep.json`.
     ///
     /// # Errors
     /// As [`Road::run`]; scenes with bonds (their springs would start anew); a scene of fewer
@@ -87,6 +90,7 @@ impl Road {
         &mut self,
         solvers: &[&'static dyn Solver],
         every: u64,
+        length: u64,
     ) -> Result<LockStep, RoadError> {
         let (_, built) = self.built()?;
         let mut model = built.model;
@@ -95,7 +99,7 @@ impl Road {
                            walls that seek a force, whose place a frame does not tell";
             return Err(RoadError::Work(message.to_owned()));
         }
-        if every == 0 || every > model.plan.steps {
+        if every == 0 || length == 0 || every > model.plan.steps {
             let steps = model.plan.steps;
             return Err(RoadError::Work(format!(
                 "lock-step takes 1 to {steps} steps a segment (the steps of the scene), not {every}"
@@ -104,10 +108,14 @@ impl Road {
         model.plan.steps -= model.plan.steps % every;
         model.plan.frame_every = every;
         let whole = dem::run(&model, &self.job)?;
+        if whole.outcome != Outcome::Finished {
+            return Err(RoadError::Work(format!("riprap's own run: {:?}", whole.outcome)));
+        }
         let mut running = self.store.begin("lock-step", "")?;
         let mut found = LockStep {
             title: model.title.clone(),
             every,
+            length,
             tolerance: self.loaded.scene.compare.tolerance.trajectory,
             segments: Vec::new(),
             failures: Vec::new(),
@@ -125,11 +133,13 @@ impl Road {
             }
         }
         let frames = &whole.frames;
-        for (start, end) in frames.iter().zip(frames.iter().skip(1)) {
-            if end.step - start.step != every {
+        for start in frames {
+            // Whole segments cover the run; shorter ones leave out its start, where little happens.
+            let last = start.step == model.plan.steps;
+            if (length >= every && last) || (length < every && start.step == 0) {
                 continue;
             }
-            let from = started_at(&model, start, every);
+            let from = started_at(&model, start, length);
             let ours = dem::run(&from, &self.job)?;
             for solver in &able {
                 let deck = self.export(*solver, &from, &DeckOptions::default())?;
@@ -149,8 +159,8 @@ impl Road {
                 let twin = dem::run(&twin, &self.job)?;
                 found.segments.push(Segment {
                     solver: solver.key(),
-                    step: end.step,
-                    time: end.time,
+                    step: start.step + length,
+                    time: start.time + from.plan.duration(),
                     from_twin: apart(&from, &twin, &theirs),
                     from_ours: apart(&from, &ours, &theirs),
                     cpu_seconds: theirs.cost.cpu_seconds,
@@ -159,7 +169,7 @@ impl Road {
             if self.job.is_cancelled() {
                 return Err(RoadError::Cancelled);
             }
-            self.job.report("lock-step", end.step, model.plan.steps);
+            self.job.report("lock-step", start.step, model.plan.steps);
         }
         let json = serde_json::to_vec_pretty(&found)
             .map_err(|error| RoadError::Work(error.to_string()))?;
@@ -266,6 +276,7 @@ mod tests {
         let mut found = LockStep {
             title: "x".into(),
             every: 10,
+            length: 10,
             tolerance: 1e-8,
             segments: vec![segment.clone(), Segment { from_twin: 1e-10, step: 20, ..segment }],
             failures: Vec::new(),

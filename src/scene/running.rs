@@ -8,7 +8,7 @@ use super::watching::{Row, Watch};
 use crate::dem::{self, Observer};
 use crate::format::{self, FormatError, atomic, particles::Particles};
 use crate::geometry::Region;
-use crate::model::{Break, Frame, Model, Outcome, Run, SeriesRow};
+use crate::model::{Break, Frame, Lost, Model, Outcome, Run, SeriesRow};
 use crate::num::clock::{peak_bytes, resident_bytes};
 use crate::pack::Push;
 use serde::{Deserialize, Serialize};
@@ -207,7 +207,9 @@ impl Road {
     fn write_run(&self, running: &mut Running, model: &Model, run: &Run) -> Result<(), RoadError> {
         self.store.write(running, "run/run.json", |out| Ok(serde_json::to_writer(out, run)?))?;
         let needs = model.needs();
-        let columns = (needs.extra() || needs.drag, needs.bonds, model.plan.zero_every > 0);
+        let zeroing = model.plan.zero_every > 0;
+        let losing = model.plan.guard.lost == Lost::Remove;
+        let columns = (needs.extra() || needs.drag, needs.bonds, zeroing, losing);
         self.store
             .write(running, "run/series.csv", |out| write_series(out, &run.series, columns))?;
         if let (true, Some(breaks)) = (needs.bonds, &run.breaks) {
@@ -326,11 +328,11 @@ pub fn particles(model: &Model, frame: &Frame) -> Particles {
     }
 }
 
-/// `run/series.csv`; columns of extra forces, bonds and zeroed velocities where the scene has them.
+/// `run/series.csv`; columns of extra forces, bonds, zeroed velocities and lost bodies where the scene has them.
 fn write_series(
     out: &mut dyn Write,
     rows: &[SeriesRow],
-    (extra, bonds, zeroing): (bool, bool, bool),
+    (extra, bonds, zeroing, losing): (bool, bool, bool, bool),
 ) -> std::io::Result<()> {
     write!(
         out,
@@ -343,7 +345,8 @@ fn write_series(
     if bonds {
         write!(out, ",bond_elastic,bond_damping,bond_released,bonds")?;
     }
-    writeln!(out, "{}", if zeroing { ",zeroed" } else { "" })?;
+    write!(out, "{}", if zeroing { ",zeroed" } else { "" })?;
+    writeln!(out, "{}", if losing { ",lost,lost_energy" } else { "" })?;
     for r in rows {
         write!(
             out,
@@ -373,6 +376,9 @@ fn write_series(
         }
         if zeroing {
             write!(out, ",{:e}", r.zeroed)?;
+        }
+        if losing {
+            write!(out, ",{},{:e}", r.lost, r.lost_energy)?;
         }
         writeln!(out)?;
     }

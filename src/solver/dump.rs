@@ -7,7 +7,7 @@
 use super::process::Ended;
 use super::reading::{self, vector};
 use super::{Deck, SolverError, orientation};
-use crate::model::{BodyState, Frame, Model, Touch};
+use crate::model::{BodyState, Frame, Lost, Model, Touch};
 use crate::num::Vec3;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -141,9 +141,18 @@ fn frame(
     // id, place, velocity, spin if anything turns, force, radius.
     let columns = if spins { 14 } else { 11 };
     let all = count + points.len();
-    if block.rows.len() != all {
-        return Err(format!("{} atoms of {all} are there: some were lost", block.rows.len()));
-    }
+    let whole;
+    let rows = match block.rows.len() {
+        there if there == all => &block.rows,
+        there if model.plan.guard.lost == Lost::Remove && points.is_empty() => {
+            whole = with_lost(model, &block.rows, columns, earlier);
+            if whole.len() != all {
+                return Err(format!("{there} atoms are not some of {all}"));
+            }
+            &whole
+        }
+        there => return Err(format!("{there} atoms of {all} are there: some were lost")),
+    };
     let mut frame = Frame {
         step: block.step,
         time: block.step as f64 * model.plan.step,
@@ -153,7 +162,7 @@ fn frame(
         forces: Vec::with_capacity(count),
         bodies: Vec::with_capacity(model.bodies.len()),
     };
-    for (index, row) in block.rows.iter().enumerate() {
+    for (index, row) in rows.iter().enumerate() {
         if row.len() != columns {
             return Err(format!("{} columns instead of {columns}", row.len()));
         }
@@ -168,12 +177,37 @@ fn frame(
         frame.spins.push(if spins { vector(row, 7) } else { Vec3::zeros() });
         frame.forces.push(vector(row, columns - 4));
     }
-    let places = block.rows[count..].iter().map(|row| vector(row, 1));
+    let places = rows[count..].iter().map(|row| vector(row, 1));
     let places: Points = points.keys().copied().zip(places).collect();
     frame.bodies = (0..model.bodies.len())
         .map(|i| body(model, &frame, i, &offsets(model, points, i), places.get(&i), &earlier[i]))
         .collect();
     Ok(frame)
+}
+
+/// Rows of all spheres: those that were deleted are where they were seen last, at rest.
+fn with_lost(
+    model: &Model,
+    rows: &[Vec<f64>],
+    columns: usize,
+    earlier: &[BodyState],
+) -> Vec<Vec<f64>> {
+    let mut rows = rows.iter().peekable();
+    let one = |index: usize| {
+        let id = (index + 1) as f64;
+        if let Some(row) = rows.next_if(|row| row.first() == Some(&id)) {
+            return row.clone();
+        }
+        let mut row = vec![0.0; columns];
+        row[0] = id;
+        let place = earlier[model.spheres[index].body as usize].position;
+        row[1..4].copy_from_slice(place.as_slice());
+        row
+    };
+    let mut all: Vec<Vec<f64>> = (0..model.spheres.len()).map(one).collect();
+    // What is left over belongs to no sphere.
+    all.extend(rows.cloned());
+    all
 }
 
 /// State of one body; clumps from the places of their spheres and of their `point`.

@@ -7,7 +7,7 @@
 //! a tenth of a second, and the mean is given.
 
 use super::{Effort, StudyError, go_on};
-use crate::clump::{self, Clump, ClumpError, Fidelity, METHODS, MassSource, Method};
+use crate::clump::{self, Clump, ClumpError, Fidelity, MassSource, Method, counted};
 use crate::geometry::{Mesh, Primitive};
 use crate::num::statistics::median;
 use crate::num::{Job, Rotation, Vec3, clock};
@@ -31,10 +31,10 @@ pub fn study(effort: Effort, job: &Job) -> Result<Findings, StudyError> {
         Effort::Full => (8, &[5, 10, 20, 50, 100, 200]),
     };
     let solids: Vec<Solid> = solids()?.into_iter().take(kinds).collect();
-    let total = (solids.len() * METHODS.len() * counts.len()) as u64;
+    let total = (solids.len() * counted().count() * counts.len()) as u64;
     let (mut rows, mut pictures) = (Vec::new(), Vec::new());
     for solid in &solids {
-        for method in METHODS.iter().map(|entry| entry.key) {
+        for method in counted() {
             for &count in counts {
                 go_on(job)?;
                 if let Some((clump, seconds)) = fit(solid, method, count, job)? {
@@ -227,14 +227,14 @@ fn sheet(rows: &[Row]) -> Sheet {
 
 fn medians(rows: &[Row], counts: &[u32]) -> Sheet {
     let mut table = Vec::new();
-    for entry in METHODS {
+    for key in counted() {
         for &count in counts {
-            let mut cells: Vec<Cell> = vec![entry.key.into(), u64::from(count).into()];
+            let mut cells: Vec<Cell> = vec![key.into(), u64::from(count).into()];
             for column in 0..COLUMNS.len() {
-                let value = middle(rows, entry.key, count, |row| row.errors()[column].abs());
+                let value = middle(rows, key, count, |row| row.errors()[column].abs());
                 cells.push(value.unwrap_or(f64::NAN).into());
             }
-            let seconds = middle(rows, entry.key, count, |row| row.seconds);
+            let seconds = middle(rows, key, count, |row| row.seconds);
             cells.push(seconds.unwrap_or(f64::NAN).into());
             table.push(cells);
         }
@@ -260,14 +260,13 @@ fn charts(rows: &[Row], counts: &[u32]) -> Vec<(String, Chart)> {
         caption: "Median over the solids; number of spheres asked for.".into(),
         x: Axis::log("spheres", ""),
         y: Axis::log(label, "%"),
-        series: METHODS
-            .iter()
-            .map(|entry| Series {
-                name: entry.key.into(),
+        series: counted()
+            .map(|key| Series {
+                name: key.into(),
                 points: counts
                     .iter()
                     .filter_map(|&n| {
-                        let value = middle(rows, entry.key, n, |r| r.errors()[column].abs())?;
+                        let value = middle(rows, key, n, |r| r.errors()[column].abs())?;
                         Some((f64::from(n), value))
                     })
                     .collect(),
@@ -276,14 +275,13 @@ fn charts(rows: &[Row], counts: &[u32]) -> Vec<(String, Chart)> {
             .collect(),
         mark: None,
     };
-    let over_time: Vec<(String, Vec<(f64, f64)>)> = METHODS
-        .iter()
-        .map(|entry| {
+    let over_time: Vec<(String, Vec<(f64, f64)>)> = counted()
+        .map(|key| {
             let points = counts.iter().filter_map(|&n| {
-                let seconds = middle(rows, entry.key, n, |row| row.seconds)?;
-                Some((seconds.max(1e-5), middle(rows, entry.key, n, |row| row.errors()[2])?))
+                let seconds = middle(rows, key, n, |row| row.seconds)?;
+                Some((seconds.max(1e-5), middle(rows, key, n, |row| row.errors()[2])?))
             });
-            (entry.key.to_owned(), points.collect())
+            (key.to_owned(), points.collect())
         })
         .collect();
     vec![
@@ -315,10 +313,9 @@ fn remarks(rows: &[Row], counts: &[u32]) -> Vec<String> {
         .filter_map(|&count| {
             let of = |key: &str| middle(rows, key, count, |row| row.errors()[2]);
             let fitted = of("fitted")?;
-            let (other, rms) = METHODS
-                .iter()
-                .filter(|entry| entry.key != "fitted")
-                .filter_map(|entry| Some((entry.key, of(entry.key)?)))
+            let (other, rms) = counted()
+                .filter(|key| *key != "fitted")
+                .filter_map(|key| Some((key, of(key)?)))
                 .min_by(|a, b| a.1.total_cmp(&b.1))?;
             Some(format!(
                 "{count} spheres: median rms distance {fitted:.3} % with fitted, {rms:.3} % with the next best ({other})."
@@ -342,6 +339,8 @@ mod tests {
         let rows = vec![Row::new(&solids[1], "normals", 6, &clump, seconds)];
         assert!(rows[0].errors().iter().all(|error| error.is_finite()));
         assert_eq!(sheet(&rows).rows[0].len(), sheet(&rows).columns.len());
+        assert!(counted().all(|method| Method::by_key(method, 6).is_ok()));
+        assert!(!counted().any(|method| method == "cluster" || method == "lattice"));
         let table = medians(&rows, &[6]);
         assert!(table.rows.iter().all(|row| row.len() == table.columns.len()));
     }

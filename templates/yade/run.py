@@ -172,6 +172,9 @@ O.engines = [
 {%- if needs.zeroing %}
     PyRunner(command='stop_bodies()', iterPeriod={{ zero_every }}, firstIterRun={{ zero_every }}),
 {%- endif %}
+{%- if lost_every %}
+    PyRunner(command='take_out()', iterPeriod={{ lost_every }}, firstIterRun={{ lost_every }}),
+{%- endif %}
 {%- if oscillating or servos %}
     PyRunner(command='move_walls()', iterPeriod=1, initRun=True),
 {%- endif %}
@@ -292,6 +295,22 @@ def note_breaks():
 {%- endif %}
 
 frames = open('frames.txt', 'w')
+{%- if lost_every %}
+
+# Spheres that have left the domain and were taken out, and where.
+gone = {}
+room = [({{ room[0][0] }}, {{ room[0][1] }}), ({{ room[1][0] }}, {{ room[1][1] }}), ({{ room[2][0] }}, {{ room[2][1] }})]
+
+
+def take_out():
+    """Erases spheres whose centre is outside."""
+    for k in ids:
+        if k not in gone:
+            place = Vector3(O.bodies[k].state.pos)
+            if not all(low <= x <= high for x, (low, high) in zip(place, room)):
+                gone[k] = place
+                O.bodies.erase(k)
+{%- endif %}
 {%- if needs.zeroing %}
 
 
@@ -312,6 +331,11 @@ def write_frame():
     """Step; x v{% if needs.rotation %} w{% endif %} f of every sphere{% if needs.clumps %}; then x q(wxyz) v w of every clump{% endif %}."""
     frames.write('frame %d\n' % O.iter)
     for k in ids:
+{%- if lost_every %}
+        if k in gone:
+            frames.write(digits(gone[k], [0.0] * {% if needs.rotation %}9{% else %}6{% endif %}) + '\n')
+            continue
+{%- endif %}
         s = O.bodies[k].state
         frames.write(digits(s.pos, s.vel, {% if needs.rotation %}s.angVel, {% endif %}O.forces.f(k)) + '\n')
 {%- if needs.clumps %}

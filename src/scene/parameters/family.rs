@@ -32,7 +32,8 @@ pub struct Family {
     /// How the shape is reproduced as spheres; not for `sphere`.
     #[serde(default)]
     pub clump: Option<clump::Method>,
-    /// Where mass, centroid and inertia come from: `solid` (default) or `union` of the spheres.
+    /// Where mass, centroid and inertia come from: `solid` (default), `union` of the spheres, or
+    /// `corrected`: the union, its density corrected so that the mass is that of the solid.
     #[serde(default)]
     pub mass: clump::MassSource,
     /// Each sphere or disc becomes a cluster of two to seven (P15); for `sphere` only.

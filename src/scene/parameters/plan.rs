@@ -166,7 +166,7 @@ impl PlanParameters {
             let allowed = "0 up to but not including 1";
             return Err(Fault::new("local_damping", format!("is {}", self.local_damping), allowed));
         }
-        let Guard { overlap, travel, gain, shaking } = self.guard;
+        let Guard { overlap, travel, gain, shaking, .. } = self.guard;
         let watches =
             [("overlap", overlap), ("travel", travel), ("gain", gain), ("shaking", shaking)];
         for (key, value) in watches {

@@ -1,7 +1,7 @@
 //! What LAMMPS 29 Sep 2021 cannot express or does in its own way.
 
 use super::values;
-use crate::model::{Arm, Coulomb, History, Model, Motion, WallShape};
+use crate::model::{Arm, Coulomb, History, Lost, Model, Motion, WallShape};
 use crate::solver::{Limit, capability, finite};
 
 /// Relative difference up to which a single sphere's inertia counts as its own.
@@ -27,6 +27,11 @@ fn features(model: &Model, limits: &mut Vec<Limit>) {
         limits.push(Limit::refused("a deck needs at least one body"));
     }
     limits.extend(capability::refusals(2, &needs));
+    if model.plan.guard.lost != Lost::Stop {
+        limits.push(Limit::refused(
+            "bodies that go on or are taken out where they leave the domain: riprap writes no such LAMMPS deck",
+        ));
+    }
     let refused = [
         (
             needs.oblique_planes && needs.friction,

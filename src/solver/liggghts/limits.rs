@@ -3,7 +3,7 @@
 use super::values;
 use crate::geometry::Mesh;
 use crate::model::extra::{Cohesion, Rolling};
-use crate::model::{Arm, Coulomb, History, Model, Motion, PairForces, WallShape};
+use crate::model::{Arm, Coulomb, History, Lost, Model, Motion, PairForces, Scheme, WallShape};
 use crate::solver::mesh_check::{MeshFacts, inspect};
 use crate::solver::{Limit, capability, finite};
 
@@ -36,6 +36,18 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
         limits.push(Limit::refused("a deck needs at least one body"));
     }
     limits.extend(capability::refusals(0, &needs));
+    match plan.guard.lost {
+        Lost::Stop => {}
+        Lost::Remove if needs.clumps => limits.push(Limit::refused(
+            "clumps that are taken out where they leave the domain: fix rigid ends the run when it misses a sphere",
+        )),
+        Lost::Remove => limits.push(Limit::differs(
+            "bodies are taken out where they leave the simulation box, which is two radii larger than the domain, when lists are built",
+        )),
+        Lost::GoOn => limits.push(Limit::refused(
+            "bodies that go on outside the domain: LIGGGHTS deletes what leaves its box",
+        )),
+    }
     extra(model, limits);
     if needs.friction && needs.tangential_damping && plan.law.coulomb != Coulomb::SpringThenDashpot
     {
@@ -140,6 +152,12 @@ fn walls(model: &Model, limits: &mut Vec<Limit>) {
     }
     for wall in &model.walls {
         match wall.motion {
+            Motion::Oscillate { phase: 0.0, .. } if model.plan.scheme != Scheme::Liggghts => {
+                limits.push(Limit::differs(format!(
+                    "wall `{}` is where the sum of its velocities times the step takes it: half a step's change of velocity off the sine",
+                    wall.name
+                )));
+            }
             Motion::Oscillate { phase, .. } if phase != 0.0 => limits.push(Limit::refused(format!(
                 "wall `{}` oscillates from a phase that is not 0: fix move/mesh wiggle starts at 0",
                 wall.name

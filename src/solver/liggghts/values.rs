@@ -3,7 +3,7 @@
 use super::limits::DEFAULT_CURVATURE;
 use crate::geometry::{Bounds, Mesh};
 use crate::model::extra::{Cohesion, Rolling};
-use crate::model::{Contact, Model, Motion, Needs, PairForces, Wall, WallShape};
+use crate::model::{Contact, Lost, Model, Motion, Needs, PairForces, Wall, WallShape};
 use crate::num::{Mat3, Vec3};
 use crate::solver::deck::{DeckOptions, Header};
 use crate::solver::mesh_check::inspect;
@@ -45,6 +45,8 @@ pub struct Script {
     last: u64,
     report_every: u64,
     steps: u64,
+    /// What `thermo_modify lost` does.
+    lost: &'static str,
 }
 
 /// One `property/global` of pairs of atom types.
@@ -310,6 +312,7 @@ impl Script {
             last: steps.max(1),
             report_every: (steps / 100).max(1),
             steps,
+            lost: if model.plan.guard.lost == Lost::Remove { "ignore" } else { "error" },
         }
     }
 }

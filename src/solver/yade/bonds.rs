@@ -80,6 +80,13 @@ pub fn limits(model: &Model) -> Vec<Limit> {
         ));
     }
     let breakable = |bond: &Bond| bond.strength != Strength::Unbreakable;
+    if model.plan.scheme != Scheme::Yade
+        && any(&|bond| breakable(bond) && contact(model, bond).friction > 0.0)
+    {
+        limits.push(Limit::differs(
+            "a bond that is sheared off under pressure: the shear force jumps to the limit of friction, up as well as down; ours never goes up",
+        ));
+    }
     if any(&|bond| breakable(bond) && overlap(model, bond) > TOUCHING) {
         limits.push(Limit::differs(
             "spheres that overlapped under a bond push with their whole overlap when it has broken; ours do with what is more than at the start",

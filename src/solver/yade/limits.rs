@@ -1,7 +1,7 @@
 //! What YADE 2023.02a cannot express or does in its own way.
 
 use super::{bonds, values};
-use crate::model::{Arm, Coulomb, History, Model, Scheme, WallShape};
+use crate::model::{Arm, Coulomb, History, Lost, Model, Scheme, WallShape};
 use crate::solver::{Limit, capability, finite};
 
 /// Relative difference up to which moments of inertia count as equal.
@@ -29,6 +29,11 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
     if needs.zeroing && needs.clumps {
         limits
             .push(Limit::refused("velocities set to zero every so many steps, with rigid clumps"));
+    }
+    if plan.guard.lost == Lost::Remove && (needs.clumps || needs.zeroing) {
+        limits.push(Limit::refused(
+            "bodies that are taken out where they leave the domain, with rigid clumps or velocities set to zero: riprap writes no such YADE deck",
+        ));
     }
     limits.extend(bonds::limits(model));
     limits.extend(capability::refusals(1, &needs));

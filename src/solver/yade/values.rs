@@ -2,7 +2,7 @@
 
 use super::series::{self, Class};
 use crate::geometry::Bounds;
-use crate::model::{Contact, Model, Motion, Needs, Sphere, Wall, WallShape};
+use crate::model::{Contact, Lost, Model, Motion, Needs, Sphere, Wall, WallShape};
 use crate::num::Vec3;
 use crate::solver::deck::Header;
 use crate::solver::{Limit, Solver, SolverError, surface};
@@ -22,6 +22,9 @@ pub struct Script {
     planes: Vec<WallValues>,
     surfaces: Vec<WallValues>,
     oscillating: Vec<Oscillating>,
+    /// Steps between two looks for spheres outside the room below; 0 where they may go.
+    lost_every: u64,
+    room: [[f64; 2]; 3],
     servos: Vec<Servo>,
     moves: bool,
     verlet: f64,
@@ -110,6 +113,12 @@ impl Script {
             surfaces: walls(false),
             materials,
             oscillating: oscillating(model),
+            lost_every: if model.plan.guard.lost == Lost::Remove {
+                crate::model::LOOK_EVERY
+            } else {
+                0
+            },
+            room: room(model),
             servos: servos(model),
             moves: moves(model),
             verlet: VERLET * model.spheres.iter().map(|s| s.radius).fold(f64::INFINITY, f64::min),
@@ -123,6 +132,17 @@ impl Script {
             report_every: (model.plan.steps / 50).max(1),
         })
     }
+}
+
+/// Lowest and highest coordinates that a body may have; the largest numbers where it may go.
+fn room(model: &Model) -> [[f64; 2]; 3] {
+    [0, 1, 2].map(|axis| {
+        let wraps = model.periodic.is_some_and(|cell| cell.periodic[axis]);
+        match wraps || axis >= model.dimension.count() {
+            true => [f64::MIN, f64::MAX],
+            false => [model.domain.low[axis], model.domain.high[axis]],
+        }
+    })
 }
 
 /// Name of wall `number` in the deck.

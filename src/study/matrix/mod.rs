@@ -61,7 +61,7 @@ pub fn run(
         job.report("matrix", number as u64, chosen.len() as u64);
         let mut road = open(case, folder, job)?;
         let mut found = match case.lock_step {
-            Some(every) => lock_step(&mut road, case, solvers, every)?,
+            Some(_) => lock_step(&mut road, case, solvers)?,
             None => whole(&mut road, case, solvers)?,
         };
         if case.ranks {
@@ -228,9 +228,13 @@ fn lock_step(
     road: &mut Road,
     case: &Case,
     solvers: &[&'static dyn Solver],
-    every: u64,
 ) -> Result<Vec<Row>, StudyError> {
-    let found = road.lock_step(solvers, every).map_err(work)?;
+    let (every, length) = case.lock_step.unwrap_or((1, 1));
+    let found = match road.lock_step(solvers, every, length) {
+        Ok(found) => found,
+        Err(RoadError::Cancelled) => return Err(StudyError::Cancelled),
+        Err(error) => return Ok(vec![failed(format!("riprap: {error}"))]),
+    };
     let mut rows = Vec::new();
     for solver in solvers {
         let Some([twin, ours]) = found.worst(solver.key()) else { continue };
@@ -289,7 +293,7 @@ fn on_two_ranks(
 ) -> Result<Vec<Row>, StudyError> {
     let (_, built) = road.built().map_err(work)?;
     let mut model = built.model;
-    model.plan.steps = case.lock_step.unwrap_or(model.plan.steps);
+    model.plan.steps = case.lock_step.map_or(model.plan.steps, |(every, _)| every);
     model.plan.frame_every = model.plan.steps;
     let radius = model.spheres.iter().map(|s| s.radius).fold(f64::INFINITY, f64::min);
     let mut rows = Vec::new();
