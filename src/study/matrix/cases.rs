@@ -467,7 +467,7 @@ fn bulk() -> Vec<Case> {
         "lid",
         [0.0, 0.0, 0.0845],
         [0.0, 0.0, -1.0],
-        "motion.translate = { velocity = [0.0, 0.0, -0.02] }",
+        "motion.translate = { velocity = [0.0, 0.0, -0.09] }",
     );
     let turns = 24_u32;
     let at = |k: u32, radius: f64, z: f64| {
