@@ -188,10 +188,11 @@ mod tests {
             "clump.normals = {}"
         };
         format!(
-            "title = \"x\"\n{}\n{}\n[[grains]]\nname = \"ball\"\ncount = 2\nsize = 0.01\n{}\n{}\n{clump}\n\
-             [materials.glass]\ndensity = 2500.0\n[container]\nshape.box = {{ size = [1, 1, 1] }}\n\
+            "title = \"x\"\n{}\n{}\n{}\n[[grains]]\nname = \"ball\"\ncount = 2\nsize = 0.01\n{}\n{}\n{clump}\n\
+             [materials.glass]\ndensity = 2500.0\n\
              [plan]\nduration = 1.0\n{}\n",
             or("packing", "packing.random = {}"),
+            or("container", "container.shape.box = { size = [1, 1, 1] }"),
             or("contact", "contact = { kn = 1000.0 }"),
             or("shape", if cluster { "shape = \"sphere\"" } else { "shape.union = {}" }),
             if example.starts_with("clump") || example.starts_with("body") || cluster {

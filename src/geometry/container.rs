@@ -1,6 +1,9 @@
 //! Containers as a scene file gives them, and what they become: see [`Region`].
 
 use super::region::{CylinderRegion, MeshRegion, Rectangle, Region};
+pub use super::shaped_container::{
+    ConeContainer, HollowContainer, PolygonContainer, SphereContainer,
+};
 use super::{Bounds, Mesh};
 use crate::num::units::Length;
 use crate::num::{Fault, Vec3};
@@ -17,6 +20,14 @@ pub enum Container {
     Cylinder(CylinderContainer),
     /// The inside of a closed surface; three dimensions only.
     Mesh(MeshContainer),
+    /// A sphere; a disc in two dimensions.
+    Sphere(SphereContainer),
+    /// A cone or a part of one, such as a hopper; three dimensions only.
+    Cone(ConeContainer),
+    /// Straight sides at any angles; two dimensions only.
+    Polygon(PolygonContainer),
+    /// One of the others with holes, such as a ring.
+    Hollow(HollowContainer),
 }
 
 /// A box: either `size` (and `low`, if not at the origin), or `low` and `high`.
@@ -152,23 +163,38 @@ impl Container {
                 parameters.validate().map_err(|fault| fault.under("cylinder"))
             }
             Self::Mesh(parameters) => parameters.validate().map_err(|fault| fault.under("mesh")),
+            Self::Sphere(parameters) => parameters.validate().map_err(|f| f.under("sphere")),
+            Self::Cone(parameters) => parameters.validate().map_err(|f| f.under("cone")),
+            Self::Polygon(parameters) => parameters.validate().map_err(|f| f.under("polygon")),
+            Self::Hollow(parameters) => parameters.validate().map_err(|f| f.under("hollow")),
         }
     }
 
-    /// The surface file that has to be read for [`Container::region`], if any.
-    pub fn file(&self) -> Option<&str> {
+    /// The surface files that have to be read for [`Container::region_of`], in the order in which it takes them.
+    pub fn files(&self) -> Vec<&str> {
         match self {
-            Self::Mesh(parameters) => Some(&parameters.file),
-            _ => None,
+            Self::Mesh(parameters) => vec![&parameters.file],
+            Self::Hollow(parameters) => {
+                let holes = parameters.holes.iter().flat_map(Self::files);
+                parameters.outside.files().into_iter().chain(holes).collect()
+            }
+            _ => Vec::new(),
         }
     }
 
-    /// The room in `dimension` (2 or 3) dimensions. `surface` is the mesh read from
-    /// [`Container::file`], in the units of the file; not used by the other kinds.
+    /// As [`Container::region_of`] for containers with one surface or none.
+    ///
+    /// Errors: as there.
+    pub fn region(&self, dimension: usize, surface: Option<&Mesh>) -> Result<Region, Fault> {
+        self.region_of(dimension, surface.map_or(&[], std::slice::from_ref))
+    }
+
+    /// The room in `dimension` (2 or 3) dimensions. `surfaces` are the meshes read from
+    /// [`Container::files`], in the units of the files.
     ///
     /// Errors: values that [`Container::validate`] refuses, numbers that do not
     /// suit the dimension, a surface that is missing, not closed or without volume.
-    pub fn region(&self, dimension: usize, surface: Option<&Mesh>) -> Result<Region, Fault> {
+    pub fn region_of(&self, dimension: usize, surfaces: &[Mesh]) -> Result<Region, Fault> {
         self.validate()?;
         if dimension != 2 && dimension != 3 {
             return Err(Fault::new("", format!("in {dimension} dimensions"), "2 or 3 dimensions"));
@@ -178,16 +204,32 @@ impl Container {
             Self::Cylinder(_) if dimension == 2 => Err(flat("cylinder")),
             Self::Mesh(_) if dimension == 2 => Err(flat("mesh")),
             Self::Cylinder(parameters) => parameters.region().map_err(|f| f.under("cylinder")),
-            Self::Mesh(parameters) => parameters.region(surface).map_err(|f| f.under("mesh")),
+            Self::Mesh(parameters) => {
+                parameters.region(surfaces.first()).map_err(|f| f.under("mesh"))
+            }
+            Self::Sphere(parameters) => parameters.region(dimension).map_err(|f| f.under("sphere")),
+            Self::Cone(_) if dimension == 2 => Err(flat("cone")),
+            Self::Cone(parameters) => Ok(parameters.region()),
+            Self::Polygon(_) if dimension == 3 => {
+                Err(Fault::new("polygon", "is flat, the scene is not", "a scene in two dimensions"))
+            }
+            Self::Polygon(parameters) => parameters.region().map_err(|f| f.under("polygon")),
+            Self::Hollow(parameters) => {
+                parameters.region(dimension, surfaces).map_err(|f| f.under("hollow"))
+            }
         }
     }
 }
 
 fn flat(key: &str) -> Fault {
-    Fault::new(key, "is three-dimensional, the scene is not", "a box in two dimensions")
+    Fault::new(
+        key,
+        "is three-dimensional, the scene is not",
+        "a box, polygon, sphere or hollow in two dimensions",
+    )
 }
 
-fn finite(key: &str, values: &[Length]) -> Result<(), Fault> {
+pub(super) fn finite(key: &str, values: &[Length]) -> Result<(), Fault> {
     match values.iter().find(|value| !value.0.is_finite()) {
         Some(value) => Err(Fault::new(key, format!("holds {}", value.0), "finite numbers")),
         None => Ok(()),

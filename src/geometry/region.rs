@@ -7,6 +7,10 @@
 //! O(log triangles) for a mesh.
 
 use super::collide::Place;
+use super::cone::ConeRegion;
+use super::hollow::HollowRegion;
+use super::outline::OutlineRegion;
+use super::primitive::Primitive;
 use super::{Bounds, Cell, Collider, Mesh, SignedDistance};
 use crate::num::random::{Stream, uniform};
 use crate::num::{Fault, Rotation, Vec3};
@@ -22,6 +26,12 @@ pub enum Region {
     Cylinder(CylinderRegion),
     /// The inside of a closed surface.
     Mesh(Box<MeshRegion>),
+    /// A faceted cone.
+    Cone(ConeRegion),
+    /// Straight sides in two dimensions, with or without holes.
+    Outline(OutlineRegion),
+    /// A region of three dimensions with holes.
+    Hollow(Box<HollowRegion>),
 }
 
 /// A box along the axes; in two dimensions its z extent (−0.5 m to 0.5 m) only carries the thickness.
@@ -71,6 +81,8 @@ impl fmt::Debug for MeshRegion {
 pub struct SolidRoom<'a> {
     region: &'a Region,
     boundary: Option<Collider>,
+    /// What is cut out of the region.
+    holes: Vec<Collider>,
     /// A vertex of each connected part of the boundary: a solid must not swallow a part whole.
     parts: Vec<Vec3>,
 }
@@ -94,6 +106,7 @@ impl Region {
     pub fn dimension(&self) -> usize {
         match self {
             Self::Box(room) => room.dimension,
+            Self::Outline(_) => 2,
             _ => 3,
         }
     }
@@ -104,6 +117,9 @@ impl Region {
             Self::Box(room) => room.bounds,
             Self::Cylinder(room) => room.bounds(),
             Self::Mesh(room) => room.mesh.bounds(),
+            Self::Cone(room) => room.bounds(),
+            Self::Outline(room) => room.bounds(),
+            Self::Hollow(room) => room.outside().bounds(),
         }
     }
 
@@ -129,6 +145,9 @@ impl Region {
                 n * room.radius.powi(2) * (PI / n).tan() * room.height
             }
             Self::Mesh(room) => room.volume,
+            Self::Cone(room) => room.volume(),
+            Self::Outline(room) => room.area(),
+            Self::Hollow(room) => room.volume(),
         }
     }
 
@@ -139,6 +158,9 @@ impl Region {
             Self::Box(room) => room.clearance(point, |_, _| true),
             Self::Cylinder(room) => room.side(point).min(room.ends(point, [false; 2])),
             Self::Mesh(room) => -room.distance.at(point),
+            Self::Cone(room) => room.clearance(point, [false; 2]),
+            Self::Outline(room) => room.clearance(point, false),
+            Self::Hollow(room) => room.outside().clearance(point).min(room.from_holes(point)),
         }
     }
 
@@ -150,16 +172,23 @@ impl Region {
             }
             Self::Cylinder(room) => room.side(point).min(room.ends(point, room.open)),
             Self::Mesh(_) => self.clearance(point),
+            Self::Cone(room) => room.clearance(point, room.open),
+            Self::Outline(room) => room.clearance(point, true),
+            Self::Hollow(room) => room.outside().wall_clearance(point).min(room.from_holes(point)),
         }
     }
 
     /// The region made ready for [`SolidRoom::holds`]; `unit` as for [`Collider::new`].
     pub fn for_solids(&self, unit: f64) -> SolidRoom<'_> {
-        let (boundary, parts) = match self {
+        let (bare, holes) = match self {
+            Self::Hollow(room) => (room.outside(), room.colliders(unit)),
+            _ => (self, Vec::new()),
+        };
+        let (boundary, parts) = match bare {
             Self::Mesh(room) => (Collider::new(&room.mesh, unit), one_of_each_part(&room.mesh)),
             _ => (None, Vec::new()),
         };
-        SolidRoom { region: self, boundary, parts }
+        SolidRoom { region: self, boundary, holes, parts }
     }
 
     /// A point uniform in the region (z = 0 in two dimensions), by rejection from the bounds;
@@ -186,6 +215,34 @@ impl Region {
             Self::Box(room) => room.open[..room.dimension].iter().flatten().any(|open| *open),
             Self::Cylinder(room) => room.open.contains(&true),
             Self::Mesh(_) => false,
+            Self::Cone(room) => room.open.contains(&true),
+            Self::Outline(room) => room.is_open(),
+            Self::Hollow(room) => room.outside().is_open(),
+        }
+    }
+
+    /// The closed surface around the region of three dimensions, open sides included,
+    /// facing outwards; without the holes of a hollow one. No triangles in two dimensions.
+    pub fn surface(&self) -> Mesh {
+        match self {
+            Self::Box(room) if room.dimension == 3 => {
+                let Bounds { low, high } = room.bounds;
+                let edges = high - low;
+                Primitive::Box { edges }.mesh(3).mapped(|v| v + (low + high) * 0.5)
+            }
+            Self::Box(_) | Self::Outline(_) => Mesh::default(),
+            Self::Cylinder(room) => ConeRegion {
+                base: room.base,
+                axis: room.axis,
+                radii: [room.radius; 2],
+                height: room.height,
+                segments: room.segments,
+                open: room.open,
+            }
+            .surface([false; 2]),
+            Self::Mesh(room) => room.mesh.clone(),
+            Self::Cone(room) => room.surface([false; 2]),
+            Self::Hollow(room) => room.outside().surface(),
         }
     }
 
@@ -197,6 +254,9 @@ impl Region {
             Self::Box(room) => room.walls(),
             Self::Cylinder(room) => room.walls(),
             Self::Mesh(room) => vec![("container".to_owned(), Surface::Mesh(room.mesh.clone()))],
+            Self::Cone(room) => room.walls(),
+            Self::Outline(room) => room.walls(),
+            Self::Hollow(room) => room.walls(),
         }
     }
 }
@@ -205,11 +265,14 @@ impl SolidRoom<'_> {
     /// True if the solid at `place` lies inside, no nearer than `gap` [m] to the boundary.
     pub fn holds(&self, solid: &Collider, place: &Place, gap: f64) -> bool {
         let inside = |v: &Vec3, gap| self.region.clearance(&(place.0 + place.1 * v)) >= gap;
+        let still = (Vec3::zeros(), Rotation::identity());
+        if self.holes.iter().any(|hole| hole.nearer_than(&still, solid, place, gap)) {
+            return false;
+        }
         let Some(boundary) = &self.boundary else {
             // A convex room holds a solid if it holds its vertices.
             return solid.vertices().iter().all(|v| inside(v, gap));
         };
-        let still = (Vec3::zeros(), Rotation::identity());
         solid.vertices().first().is_some_and(|v| inside(v, gap))
             && !boundary.surfaces_nearer_than(&still, solid, place, gap)
             && !self.parts.iter().any(|part| solid.holds(place, part))
@@ -239,7 +302,7 @@ fn one_of_each_part(mesh: &Mesh) -> Vec<Vec3> {
     first.into_iter().map(|vertex| mesh.vertices[vertex]).collect()
 }
 
-fn plane(axis: usize, high: bool, point: Vec3) -> (String, Surface) {
+pub(super) fn plane(axis: usize, high: bool, point: Vec3) -> (String, Surface) {
     let mut normal = Vec3::zeros();
     normal[axis] = if high { -1.0 } else { 1.0 };
     let name = format!("{}_{}", ["x", "y", "z"][axis], if high { "high" } else { "low" });

@@ -6,23 +6,32 @@
 pub mod apollonian;
 pub mod array;
 pub mod bed;
+pub mod compression;
+pub mod control_points;
+pub mod digital;
 mod dress;
 pub mod drop_and_roll;
 pub mod explosive_repulsion;
 pub mod file;
 pub mod force_biased;
+pub mod forms;
 pub mod grading;
 pub mod growing;
 pub mod measure;
 pub mod moving_boundary;
 mod occupied;
 pub mod pairs;
+pub mod penetration;
 pub mod placed;
+pub mod points;
 pub mod probe;
 pub mod radial;
 pub mod radius_expansion;
 pub mod random;
 pub mod random_apollonian;
+pub mod rearrange;
+pub mod replace;
+pub mod rigid;
 pub mod rods;
 #[cfg(test)]
 mod samples;
@@ -34,11 +43,16 @@ pub mod space;
 pub mod survey;
 mod target;
 pub mod touch_and_stop;
+pub mod voxels;
+pub mod walk;
 pub mod zones;
 
 pub use apollonian::Apollonian;
 pub use array::Array;
 pub use bed::{Bed, Push, Spheres};
+pub use compression::Compression;
+pub use control_points::ControlPoints;
+pub use digital::Digital;
 pub use drop_and_roll::DropAndRoll;
 pub use explosive_repulsion::ExplosiveRepulsion;
 pub use force_biased::ForceBiased;
@@ -51,6 +65,7 @@ pub use probe::Probe;
 pub use radius_expansion::RadiusExpansion;
 pub use random::Random;
 pub use random_apollonian::RandomApollonian;
+pub use replace::Replace;
 pub use survey::Reading;
 
 use crate::clump::Clump;
@@ -102,6 +117,14 @@ pub enum Method {
     MovingBoundary(MovingBoundary),
     /// The densest random packing of grains of given proportions.
     ForceBiased(ForceBiased),
+    /// Grains that our own DEM compresses to a stress, a porosity or a coordination number.
+    Compression(Compression),
+    /// Grains of cells that wander cell by cell.
+    Digital(Digital),
+    /// Bodies of surface points that move along random unit vectors.
+    ControlPoints(ControlPoints),
+    /// Spheres of equal volume, each replaced by its clump.
+    Replace(Replace),
     /// Where the user says.
     Placed(Placed),
 }
@@ -114,6 +137,13 @@ pub const METHODS: &[MethodEntry] = &[
         summary: "grains one by one at random places and angles; kept where they overlap nothing, dropped after a number of tries",
         source: "random sequential addition: Widom 1966; Feder 1980",
         example: r#"packing.random = { tries = 2000 }"#,
+    },
+    MethodEntry {
+        key: "random",
+        id: "P4",
+        summary: "as above; a grain that does not fit turns there, moves about the place, and at last shrinks",
+        source: "RRAP: Sajjadi & Khalili 2015; Delaney, Hutzler & Aste 2008",
+        example: r#"packing.random = { tries = 200, rearrange = { turns = 10, moves = 10, smallest = 0.8 } }"#,
     },
     MethodEntry {
         key: "array",
@@ -186,6 +216,41 @@ pub const METHODS: &[MethodEntry] = &[
         example: r#"packing.force_biased = { sizes = "densest" }"#,
     },
     MethodEntry {
+        key: "compression",
+        id: "DEM",
+        summary: "our own DEM compresses grains evenly to a stress, a porosity or a coordination number, with a friction of its own for dense or loose states",
+        source: "Cundall & Strack 1979; Thornton 2000",
+        example: r#"packing.compression = { until.stress = "10 kPa", friction = 0.5 }"#,
+    },
+    MethodEntry {
+        key: "digital",
+        id: "P7",
+        summary: "container and grains as cells of a lattice; any shape wanders cell by cell, turns, and rebounds",
+        source: "Jia & Williams 2001",
+        example: r#"packing.digital = { cells = 12, rebound = 0.2 }"#,
+    },
+    MethodEntry {
+        key: "control_points",
+        id: "P8",
+        summary: "bodies as surface points that move along random unit vectors, with gravity, vibration and a distance of collision",
+        source: "Sajjadi & Khalili 2015",
+        example: r#"packing.control_points = { points = 500, gravity = 1 }"#,
+    },
+    MethodEntry {
+        key: "random",
+        id: "P14",
+        summary: "containers of any outline: spheres, cones, polygons, closed surfaces, any of them with holes; for every method",
+        source: "PFC (Itasca), GENERATE with a filter",
+        example: r#"container.shape.hollow = { outside.sphere = { radius = "5 cm" }, holes = [{ sphere = { radius = "1 cm" } }] } # with packing.random or another"#,
+    },
+    MethodEntry {
+        key: "replace",
+        id: "P16",
+        summary: "spheres packed by another method, each replaced by a clump of equal volume and mass and relaxed, velocities zero every 5 steps",
+        source: "PFC (Itasca), clumps",
+        example: r#"packing.replace = { spheres.radius_expansion = { porosity = 0.5 } }"#,
+    },
+    MethodEntry {
         key: "placed",
         id: "",
         summary: "bodies one by one at places, angles and speeds of your own",
@@ -233,6 +298,10 @@ impl Method {
             Self::ExplosiveRepulsion(_) => "explosive_repulsion",
             Self::MovingBoundary(_) => "moving_boundary",
             Self::ForceBiased(_) => "force_biased",
+            Self::Compression(_) => "compression",
+            Self::Digital(_) => "digital",
+            Self::ControlPoints(_) => "control_points",
+            Self::Replace(_) => "replace",
             Self::Placed(_) => "placed",
         }
     }
@@ -251,6 +320,10 @@ impl Method {
             Self::ExplosiveRepulsion(parameters) => parameters.validate(),
             Self::MovingBoundary(parameters) => parameters.validate(),
             Self::ForceBiased(parameters) => parameters.validate(),
+            Self::Compression(parameters) => parameters.validate(),
+            Self::Digital(parameters) => parameters.validate(),
+            Self::ControlPoints(parameters) => parameters.validate(),
+            Self::Replace(parameters) => parameters.validate(),
             Self::Placed(parameters) => parameters.validate(),
         }
         .map_err(|fault| fault.under(self.key()))
@@ -297,7 +370,7 @@ pub fn pack(
         let allowed = "random, array or placed, or a box without `periodic`";
         return Err(Fault::new(method.key(), problem, allowed).into());
     }
-    let mut laid = match method {
+    let laid = match method {
         Method::Random(parameters) => parameters.lay(grains, families, region, seed, job),
         Method::Array(parameters) => parameters.lay(grains, region, seed, job),
         Method::Apollonian(parameters) => parameters.lay(grains, region, seed, job),
@@ -309,13 +382,35 @@ pub fn pack(
         Method::ExplosiveRepulsion(parameters) => parameters.lay(grains, region, seed, job),
         Method::MovingBoundary(parameters) => parameters.lay(grains, region, seed, job),
         Method::ForceBiased(parameters) => parameters.lay(grains, region, seed, job),
+        Method::Compression(_) => {
+            let problem = "is done by the DEM, which this function stands before";
+            Err(Fault::new("compression", problem, "a scene, through its road"))
+        }
+        Method::Digital(parameters) => parameters.lay(grains, region, seed, job),
+        Method::ControlPoints(parameters) => parameters.lay(grains, region, seed, job),
+        Method::Replace(parameters) => {
+            return Ok(measured(
+                parameters.lay(grains, families, region, seed, job)?,
+                grains,
+                region,
+            ));
+        }
         Method::Placed(parameters) => parameters.lay(grains, families, region),
     }?;
+    Ok(measured(laid, grains, region))
+}
+
+fn measured(mut laid: Laid, grains: &[Grain], region: &Region) -> Packing {
     laid.placements.sort_by_key(|placement| placement.grain);
     laid.dropped.sort_unstable();
     let measures = measure::measure(&laid.placements, grains, region);
     let Laid { placements, dropped, outcome } = laid;
-    Ok(Packing { placements, dropped, outcome, measures })
+    Packing { placements, dropped, outcome, measures }
+}
+
+/// A fault for a porosity of `region` that no random packing of `grains` has.
+pub fn possible(grains: &[Grain], region: &Region, porosity: f64) -> Result<(), Fault> {
+    target::Target::of(grains, region, Some(porosity)).map(drop)
 }
 
 /// Places grains one by one where there is no container. The porosity is that
@@ -356,10 +451,23 @@ struct Laid {
     outcome: String,
 }
 
-/// "placed 9 of 10 grains, 0.9 of 1 m³ (90 %)" and what was dropped.
+/// "placed 9 of 10 grains, 0.9 of 1 m³ (90 %)" and what was dropped, where sizes are those wanted.
 fn tally(grains: &[Grain], placements: &[Placement], dropped: &[u32], why: &str) -> String {
+    tally_scaled(grains, placements, dropped, why, 3)
+}
+
+/// As [`tally`] in `dimension` dimensions, with the volumes of grains whose size was changed.
+fn tally_scaled(
+    grains: &[Grain],
+    placements: &[Placement],
+    dropped: &[u32],
+    why: &str,
+    dimension: usize,
+) -> String {
     let wanted: f64 = grains.iter().map(|grain| grain.clump.volume).sum();
-    let got: f64 = placements.iter().map(|p| grains[p.grain as usize].clump.volume).sum();
+    let volume =
+        |p: &Placement| grains[p.grain as usize].clump.volume * p.scale.powi(dimension as i32);
+    let got: f64 = placements.iter().map(volume).sum();
     let share = if wanted > 0.0 { 100.0 * got / wanted } else { 100.0 };
     let mut text = format!(
         "placed {} of {} grains, {got:.4e} of {wanted:.4e} m³ wanted ({share:.2} %)",

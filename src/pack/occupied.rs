@@ -44,8 +44,12 @@ pub struct Occupied<'a> {
     /// Of each grain; empty when clumps are tested.
     bodies: Vec<Body>,
     room: Option<SolidRoom<'a>>,
+    /// Length that all colliders are made with, m.
+    unit: f64,
     /// Largest distance of any point of each grain from its centre of mass.
     radii: Vec<f64>,
+    /// Size of each grain over the wanted one.
+    scales: Vec<f64>,
     /// Balls of all bodies, or one bounding sphere a body when solids are tested.
     grid: BallGrid,
     /// Grain and place behind each bounding sphere.
@@ -67,7 +71,9 @@ impl<'a> Occupied<'a> {
             gap,
             bodies: Vec::new(),
             room: None,
+            unit: 1.0,
             radii,
+            scales: vec![1.0; grains.len()],
             grid,
             placed: Vec::new(),
             cell: region.cell(),
@@ -109,17 +115,36 @@ impl<'a> Occupied<'a> {
             .collect();
         let grid = BallGrid::new(radii.iter().copied().fold(f64::INFINITY, f64::min));
         let room = Some(region.for_solids(unit));
-        Self {
-            grains,
-            region,
-            gap,
-            bodies,
-            room,
-            radii,
-            grid,
-            placed: Vec::new(),
-            cell: region.cell(),
+        let scales = vec![1.0; grains.len()];
+        let (cell, placed) = (region.cell(), Vec::new());
+        Self { grains, region, gap, bodies, room, unit, radii, scales, grid, placed, cell }
+    }
+
+    /// Makes `grain`, which was not placed yet, `scale` times as large as it is wanted.
+    pub fn resize(&mut self, grain: usize, scale: f64) {
+        self.radii[grain] *= scale / self.scales[grain];
+        self.scales[grain] = scale;
+        let what = &self.grains[grain];
+        if let (Some(Body::Solid(_)), Some(solid)) = (self.bodies.get(grain), what.solid) {
+            let clump = what.clump;
+            let in_body = |v: &Vec3| clump.axes.inverse() * (v - clump.centroid) * scale;
+            if let Some(collider) = Collider::new(&solid.mesh.mapped(in_body), self.unit) {
+                self.bodies[grain] = Body::Solid(Rc::new(collider));
+            }
         }
+    }
+
+    /// The radius of a grain at its present size, m.
+    pub fn radius(&self, grain: usize) -> f64 {
+        self.radii[grain]
+    }
+
+    fn balls<'b>(&'b self, grain: usize, at: &'b Place) -> impl Iterator<Item = Ball> + 'b {
+        let scale = self.scales[grain];
+        self.grains[grain].clump.balls.iter().map(move |ball| Ball {
+            centre: at.0 + at.1 * (ball.centre * scale),
+            radius: ball.radius * scale,
+        })
     }
 
     /// Bounds of `grain`, turned, about its centre of mass.
@@ -128,9 +153,9 @@ impl<'a> Occupied<'a> {
             Some(Body::Solid(collider)) => {
                 collider.vertices().iter().fold(Bounds::EMPTY, |b, v| b.with(&(turn * v)))
             }
-            _ => self.grains[grain].clump.balls.iter().fold(Bounds::EMPTY, |bounds, ball| {
-                let (centre, reach) = (turn * ball.centre, Vec3::repeat(ball.radius));
-                bounds.with(&(centre - reach)).with(&(centre + reach))
+            _ => self.balls(grain, &(Vec3::zeros(), *turn)).fold(Bounds::EMPTY, |bounds, ball| {
+                let reach = Vec3::repeat(ball.radius);
+                bounds.with(&(ball.centre - reach)).with(&(ball.centre + reach))
             }),
         }
     }
@@ -146,14 +171,16 @@ impl<'a> Occupied<'a> {
         }
         match (self.bodies.get(grain), &self.room) {
             (Some(Body::Solid(collider)), Some(room)) => room.holds(collider, at, self.gap),
-            _ => world_balls(&self.grains[grain].clump.balls, at)
+            _ => self
+                .balls(grain, at)
                 .all(|ball| self.region.clearance(&ball.centre) >= ball.radius + self.gap),
         }
     }
 
     fn free(&self, grain: usize, at: &Place) -> bool {
         if self.bodies.is_empty() {
-            return world_balls(&self.grains[grain].clump.balls, at)
+            return self
+                .balls(grain, at)
                 .all(|ball| !self.grid.any_near(&ball.centre, ball.radius + self.gap));
         }
         // The skin that the solid test keeps is far below this widening.
@@ -165,15 +192,16 @@ impl<'a> Occupied<'a> {
     }
 
     fn close(&self, grain: usize, at: &Place, other: usize, other_at: &Place) -> bool {
-        let balls = |grain: usize| &self.grains[grain].clump.balls;
         match (&self.bodies[grain], &self.bodies[other]) {
             (Body::Solid(a), Body::Solid(b)) => a.nearer_than(at, b, other_at, self.gap),
-            (Body::Solid(a), Body::Balls) => world_balls(balls(other), other_at)
+            (Body::Solid(a), Body::Balls) => self
+                .balls(other, other_at)
                 .any(|ball| a.ball_nearer_than(at, &ball.centre, ball.radius, self.gap)),
-            (Body::Balls, Body::Solid(b)) => world_balls(balls(grain), at)
+            (Body::Balls, Body::Solid(b)) => self
+                .balls(grain, at)
                 .any(|ball| b.ball_nearer_than(other_at, &ball.centre, ball.radius, self.gap)),
-            (Body::Balls, Body::Balls) => world_balls(balls(grain), at).any(|a| {
-                world_balls(balls(other), other_at)
+            (Body::Balls, Body::Balls) => self.balls(grain, at).any(|a| {
+                self.balls(other, other_at)
                     .any(|b| (a.centre - b.centre).norm() < a.radius + b.radius + self.gap)
             }),
         }
@@ -192,7 +220,8 @@ impl<'a> Occupied<'a> {
 
     fn add_one(&mut self, grain: usize, at: Place) {
         if self.bodies.is_empty() {
-            for ball in world_balls(&self.grains[grain].clump.balls, &at) {
+            let balls: Vec<Ball> = self.balls(grain, &at).collect();
+            for ball in balls {
                 self.grid.insert(ball.centre, ball.radius);
             }
         } else {

@@ -5,19 +5,21 @@
 //! Feder 1980, J. Theor. Biol. 87, 237), here with sizes given beforehand and
 //! the largest first, which packs denser. Equal spheres jam near a solid fraction of 0.384,
 //! equal discs near 0.547, and the time to get there has no bound, so each
-//! grain has a number of tries and is dropped after them; sizes never change.
+//! grain has a number of tries and is dropped after them; sizes change only where
+//! `rearrange` asks for it (P4, see `rearrange.rs`).
 //!
 //! Cost: O(tries · spheres of the grain) a grain for clumps; for solids each
 //! try meets the few neighbours whose bounding spheres overlap, surface against
 //! surface. Memory O(spheres).
 
 use super::occupied::{Occupied, placement};
+use super::rearrange::{Gain, How, Rearrange, STAGES};
 use super::zones::{self, Zone};
-use super::{Grain, Laid, Turn, common_velocity, finite_velocity, tally};
+use super::{Grain, Laid, Turn, common_velocity, finite_velocity, tally_scaled};
 use crate::geometry::{Bounds, Region};
-use crate::num::random::stream;
+use crate::num::random::{Stream, direction, stream, uniform};
 use crate::num::units::{Length, Speed};
-use crate::num::{Fault, Job, Vec3};
+use crate::num::{Fault, Job, Rotation, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -40,6 +42,9 @@ pub struct Random {
     /// Boxes that the grains of a family are kept to; default none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub zones: Vec<Zone>,
+    /// Turning, moving and shrinking where a grain does not fit; default none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rearrange: Option<Rearrange>,
 }
 
 impl Default for Random {
@@ -52,6 +57,7 @@ impl Default for Random {
             orientation: Turn::Random,
             velocity: [Speed(0.0); 3],
             zones: Vec::new(),
+            rearrange: None,
         }
     }
 }
@@ -84,6 +90,9 @@ impl Random {
         for (index, zone) in self.zones.iter().enumerate() {
             zone.validate().map_err(|fault| fault.under(format!("zones[{index}]")))?;
         }
+        if let Some(rearrange) = &self.rearrange {
+            rearrange.validate().map_err(|fault| fault.under("rearrange"))?;
+        }
         finite_velocity(&self.velocity)
     }
 
@@ -104,16 +113,30 @@ impl Random {
         let zones = zones::of_grains(&self.zones, grains, families, dimension)
             .map_err(|fault| fault.under("random"))?;
         let order = self.sequence(grains);
+        let mut gain = Gain::default();
         let (mut placements, mut dropped) = (Vec::with_capacity(grains.len()), Vec::new());
         for (done, &grain) in order.iter().enumerate() {
             if job.is_cancelled() {
                 dropped.extend(order[done..].iter().map(|&grain| grain as u32));
                 break;
             }
-            match self.find(grain, &grains[grain], zones[grain], region, &occupied, seed) {
-                Some(at) => {
+            let mut search = Search {
+                parameters: self,
+                grain,
+                what: &grains[grain],
+                zone: zones[grain],
+                region,
+                source: stream(seed, "pack.random", grain as u64),
+                gain: &mut gain,
+            };
+            match search.place(&mut occupied) {
+                Some((at, how, scale)) => {
                     occupied.add(grain, at);
-                    placements.push(placement(grain, at, velocity));
+                    let mut laid = placement(grain, at, velocity);
+                    laid.scale = scale;
+                    let volume = grains[grain].clump.volume * scale.powi(dimension as i32);
+                    gain.add(how, volume, scale);
+                    placements.push(laid);
                 }
                 None => dropped.push(grain as u32),
             }
@@ -126,7 +149,10 @@ impl Random {
             true => "stopped before all were tried".to_owned(),
             false => format!("no free place in {} tries each", self.tries),
         };
-        let outcome = tally(grains, &placements, &dropped, &why);
+        let mut outcome = tally_scaled(grains, &placements, &dropped, &why, dimension);
+        if self.rearrange.is_some() {
+            outcome.push_str(&format!("; {}", gain.text()));
+        }
         Ok(Laid { placements, dropped, outcome })
     }
 
@@ -138,46 +164,121 @@ impl Random {
         }
         order
     }
+}
 
-    /// A free place for `grain`, or `None` after all tries. A try draws a
-    /// rotation, then a centre where the turned grain's bounds lie inside those
-    /// of the region.
-    fn find(
-        &self,
-        grain: usize,
-        what: &Grain,
-        zone: Option<(Bounds, bool)>,
-        region: &Region,
-        occupied: &Occupied,
-        seed: u64,
-    ) -> Option<(Vec3, crate::num::Rotation)> {
-        let mut source = stream(seed, "pack.random", grain as u64);
-        let dimension = region.dimension();
-        let (room, cell) = (region.bounds().grown(-self.gap.0), region.cell());
-        for _ in 0..self.tries {
-            let turn = self.orientation.draw(what, dimension, &mut source);
-            let extent = occupied.extent(grain, &turn);
-            let mut bounds = Bounds { low: room.low - extent.low, high: room.high - extent.high };
-            if let Some(cell) = &cell {
-                for axis in (0..dimension).filter(|axis| cell.periodic[*axis]) {
-                    bounds.low[axis] = cell.bounds.low[axis];
-                    bounds.high[axis] = cell.bounds.high[axis];
-                }
-            }
-            if let Some((zone, walls)) = zone {
-                let own = if walls { extent } else { Bounds::of([&Vec3::zeros()]) };
-                bounds.low = bounds.low.sup(&(zone.low - own.low));
-                bounds.high = bounds.high.inf(&(zone.high - own.high));
-            }
-            if (0..dimension).any(|axis| bounds.low[axis] > bounds.high[axis]) {
-                continue;
-            }
-            let centre = region.sample_within(&bounds, &mut source)?;
-            if occupied.fits(grain, &(centre, turn)) {
-                return Some((centre, turn));
+/// The search for a place of one grain.
+struct Search<'a> {
+    parameters: &'a Random,
+    grain: usize,
+    what: &'a Grain<'a>,
+    zone: Option<(Bounds, bool)>,
+    region: &'a Region,
+    source: Stream,
+    gain: &'a mut Gain,
+}
+
+impl Search<'_> {
+    /// A free place, how it was found, and the size over the wanted one; `None` after all tries.
+    fn place(&mut self, occupied: &mut Occupied) -> Option<((Vec3, Rotation), How, f64)> {
+        if let Some((at, how)) = self.find(self.parameters.tries, occupied) {
+            return Some((at, how, 1.0));
+        }
+        let sizes = self.parameters.rearrange.map(|r| r.sizes()).unwrap_or_default();
+        for scale in sizes {
+            occupied.resize(self.grain, scale);
+            if let Some((at, _)) = self.find(self.parameters.tries.div_ceil(STAGES), occupied) {
+                return Some((at, How::Shrunk, scale));
             }
         }
         None
+    }
+
+    /// A try draws a rotation, then a centre where the turned grain's bounds lie inside those
+    /// of the region, then rearranges.
+    fn find(&mut self, tries: u32, occupied: &Occupied) -> Option<((Vec3, Rotation), How)> {
+        for _ in 0..tries {
+            let turn = self.draw();
+            let Some(bounds) = self.allowed(&turn, occupied) else { continue };
+            let centre = self.region.sample_within(&bounds, &mut self.source)?;
+            if self.fits(&(centre, turn), occupied) {
+                return Some(((centre, turn), How::Drawn));
+            }
+            if let Some(found) = self.rearranged(centre, turn, occupied) {
+                return Some(found);
+            }
+        }
+        None
+    }
+
+    fn rearranged(
+        &mut self,
+        centre: Vec3,
+        turn: Rotation,
+        occupied: &Occupied,
+    ) -> Option<((Vec3, Rotation), How)> {
+        let rearrange = self.parameters.rearrange?;
+        let allowed = |search: &Self, at: &(Vec3, Rotation)| {
+            search.allowed(&at.1, occupied).is_some_and(|bounds| bounds.contains(&at.0))
+        };
+        for _ in 0..rearrange.turns {
+            let at = (centre, self.draw());
+            if allowed(self, &at) && self.fits(&at, occupied) {
+                return Some((at, How::Turned));
+            }
+        }
+        let reach = rearrange.within * occupied.radius(self.grain);
+        for _ in 0..rearrange.moves {
+            // Near places are tried more often than far ones.
+            let far = reach * uniform(&mut self.source, 0.0, 1.0);
+            let shift = match self.region.dimension() {
+                2 => {
+                    let angle = uniform(&mut self.source, 0.0, std::f64::consts::TAU);
+                    Vec3::new(angle.cos(), angle.sin(), 0.0)
+                }
+                _ => direction(&mut self.source),
+            };
+            let mut place = centre + shift * far;
+            if let Some(cell) = self.region.cell() {
+                place += cell.home(&place);
+            }
+            let at = (place, turn);
+            if allowed(self, &at) && self.fits(&at, occupied) {
+                return Some((at, How::Moved));
+            }
+        }
+        None
+    }
+
+    fn draw(&mut self) -> Rotation {
+        self.parameters.orientation.draw(self.what, self.region.dimension(), &mut self.source)
+    }
+
+    fn fits(&mut self, at: &(Vec3, Rotation), occupied: &Occupied) -> bool {
+        self.gain.tests += 1;
+        occupied.fits(self.grain, at)
+    }
+
+    /// Where the centre may be so that the turned grain's bounds lie inside those of region and zone.
+    fn allowed(&self, turn: &Rotation, occupied: &Occupied) -> Option<Bounds> {
+        let room = self.region.bounds().grown(-self.parameters.gap.0);
+        let extent = occupied.extent(self.grain, turn);
+        let mut bounds = Bounds { low: room.low - extent.low, high: room.high - extent.high };
+        if let Some(cell) = self.region.cell() {
+            for axis in (0..self.region.dimension()).filter(|axis| cell.periodic[*axis]) {
+                bounds.low[axis] = cell.bounds.low[axis];
+                bounds.high[axis] = cell.bounds.high[axis];
+            }
+        }
+        if let Some((zone, walls)) = self.zone {
+            let own = if walls { extent } else { Bounds::of([&Vec3::zeros()]) };
+            bounds.low = bounds.low.sup(&(zone.low - own.low));
+            bounds.high = bounds.high.inf(&(zone.high - own.high));
+        }
+        let axes = self.region.dimension();
+        if axes == 2 {
+            (bounds.low.z, bounds.high.z) = (-1.0, 1.0);
+        }
+        (0..axes).all(|axis| bounds.low[axis] <= bounds.high[axis]).then_some(bounds)
     }
 }
 
@@ -450,6 +551,59 @@ mod tests {
         assert!(packing.placements.len() > 40, "{}", packing.outcome);
         let (gap, wall) = brute_force(&packing, &grains, &region);
         assert!(gap >= 0.0 && wall >= 0.0, "{gap} {wall}");
+    }
+
+    #[test]
+    fn rearranging_finds_places_that_draws_do_not() {
+        for dimension in [2, 3] {
+            let clumps = vec![super::super::samples::dumbbell(0.04, 0.08); 500];
+            let grains = of(&clumps);
+            let region = room(&vec![if dimension == 2 { 1.4 } else { 0.8 }; dimension]);
+            let placed = |rearrange| {
+                let parameters = Random { tries: 40, rearrange, ..Random::default() };
+                let packing = lay(&grains, &region, parameters, 2);
+                let (gap, wall) = brute_force(&packing, &grains, &region);
+                assert!(gap >= 0.0 && wall >= 0.0, "{gap} {wall}");
+                packing
+            };
+            let (plain, moved) = (placed(None), placed(Some(Rearrange::default())));
+            assert!(moved.placements.len() > plain.placements.len(), "{}", moved.outcome);
+            assert!(moved.outcome.contains("sizes as wanted"), "{}", moved.outcome);
+            let shrink = Rearrange { turns: 0, moves: 0, smallest: 0.5, ..Rearrange::default() };
+            let shrunk = placed(Some(shrink));
+            assert!(shrunk.placements.len() > moved.placements.len(), "{}", shrunk.outcome);
+            assert!(shrunk.placements.iter().all(|p| (0.5..=1.0).contains(&p.scale)));
+            assert!(shrunk.placements.iter().any(|p| p.scale < 1.0));
+        }
+    }
+
+    #[test]
+    fn shrunk_solids_fit_too() {
+        let (clump, solid) = solid(l_mesh().mapped(|v| v * 0.1));
+        let size = solid.mesh.bounds().diagonal();
+        let grains = vec![Grain { clump: &clump, solid: Some(&solid), family: 0 }; 40];
+        let parameters = Random {
+            tries: 16,
+            test: Test::Solid,
+            rearrange: Some(Rearrange { smallest: 0.3, ..Rearrange::default() }),
+            ..Random::default()
+        };
+        let packing = lay(&grains, &room(&[1.8 * size; 3]), parameters, 6);
+        assert!(packing.placements.iter().any(|p| p.scale < 1.0), "{}", packing.outcome);
+        let all: Vec<(Collider, (Vec3, crate::num::Rotation))> = packing
+            .placements
+            .iter()
+            .map(|laid| {
+                let body =
+                    solid.mesh.mapped(|v| clump.axes.inverse() * (v - clump.centroid) * laid.scale);
+                (Collider::new(&body, 1.0).expect("triangles"), (laid.position, laid.orientation))
+            })
+            .collect();
+        for (i, (a, at)) in all.iter().enumerate() {
+            for (b, there) in &all[..i] {
+                assert!(!a.nearer_than(at, b, there, 0.0));
+            }
+        }
     }
 
     #[test]

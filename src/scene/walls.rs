@@ -35,13 +35,13 @@ impl Room {
 }
 
 fn resolve(container: &Container, loaded: &Loaded) -> Result<Region, Fault> {
-    let surface = match container.file() {
-        Some(file) => Some(format::read_mesh(&loaded.base().join(file)).map_err(|error| {
+    let read = |file: &str| {
+        format::read_mesh(&loaded.base().join(file)).map_err(|error| {
             Fault::new("mesh.file", error.to_string(), "a readable STL, PLY or OBJ file")
-        })?),
-        None => None,
+        })
     };
-    container.region(loaded.scene.dimension as usize, surface.as_ref())
+    let surfaces = container.files().into_iter().map(read).collect::<Result<Vec<_>, _>>()?;
+    container.region_of(loaded.scene.dimension as usize, &surfaces)
 }
 
 fn walls(loaded: &Loaded, region: Option<&Region>) -> Result<Vec<Wall>, Fault> {
