@@ -194,14 +194,14 @@ pub struct Export {
     /// Scene and output folder.
     #[command(flatten)]
     pub scene: SceneOnly,
-    /// Solvers to write decks for, separated by commas.
+    /// Solvers to write decks for, separated by commas: liggghts, yade, lammps.
     #[arg(long, value_name = "SOLVERS", value_delimiter = ',', default_value = "liggghts,yade")]
     pub to: Vec<String>,
-    /// MPI ranks in the run script of LIGGGHTS. YADE runs on one thread: with more its last digits vary.
+    /// MPI ranks in the run scripts of LIGGGHTS and LAMMPS. YADE runs on one thread: with more its last digits vary.
     #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u16).range(1..))]
     pub ranks: u16,
-    /// Processor grid of LIGGGHTS, for example 2,2,1; its product is the number of ranks
-    /// (default: LIGGGHTS chooses).
+    /// Processor grid of LIGGGHTS and LAMMPS, for example 2,2,1; its product is the number of ranks
+    /// (default: they choose).
     #[arg(long, value_name = "X,Y,Z", value_parser = grid)]
     pub processors: Option<[usize; 3]>,
     /// Write a batch-queue script (job.slurm) too.
@@ -222,12 +222,26 @@ fn grid(text: &str) -> Result<[usize; 3], String> {
 /// `riprap compare`.
 #[derive(Debug, Args)]
 pub struct Compare {
-    /// Scene and output folder.
-    #[command(flatten)]
-    pub scene: SceneOnly,
+    /// Scene file (TOML); none with --all.
+    #[arg(required_unless_present = "all", conflicts_with = "all")]
+    pub scene: Option<PathBuf>,
+    /// Output folder (default: NAME.out beside the scene; with --all: riprap-matrix).
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
     /// Solvers to compare with, separated by commas (default: those installed).
     #[arg(long, value_name = "SOLVERS", value_delimiter = ',')]
     pub with: Vec<String>,
+    /// Run the built-in comparison matrix instead of a scene: some forty cases, each with its
+    /// scene, tolerance and reason, and one page of verdicts.
+    #[arg(long)]
+    pub all: bool,
+    /// With --all: only cases whose key holds this text.
+    #[arg(long, value_name = "TEXT", requires = "all")]
+    pub only: Option<String>,
+    /// Start all codes again from the same state every N steps of the scene and compare where
+    /// each segment ends, instead of one run that chaos parts.
+    #[arg(long, value_name = "N", conflicts_with = "all", value_parser = clap::value_parser!(u64).range(1..))]
+    pub lock_step: Option<u64>,
 }
 
 /// `riprap study`.

@@ -7,19 +7,90 @@ use crate::report::compare::Comparison;
 use crate::scene::comparing::Compared;
 use crate::scene::road::Road;
 use crate::solver::{self, Solver};
+use crate::study;
+use serde_json::json;
 
 pub fn compare(arguments: &Compare, screen: &Screen) -> Result<(), Ending> {
     let solvers = chosen(&arguments.with, screen)?;
-    let scene = &arguments.scene;
-    let mut road = Road::open(&scene.scene, scene.output.as_deref(), screen.job())?;
+    let Some(scene) = &arguments.scene else { return matrix(arguments, &solvers, screen) };
+    let mut road = Road::open(scene, arguments.output.as_deref(), screen.job())?;
+    if let Some(every) = arguments.lock_step {
+        return lock_step(&mut road, &solvers, every, screen);
+    }
     let compared = road.compare(&solvers)?;
     screen.remarks(&mut road);
+    let asked = !arguments.with.is_empty();
+    for sentence in &compared.unable {
+        screen.warn(sentence);
+    }
     conclude(&road, &compared, screen)?;
+    if let Some(sentence) = compared.unable.first().filter(|_| asked) {
+        return Err(Ending::Solver(sentence.clone()));
+    }
     if solvers.is_empty() {
         let message = "no outside solver is installed; everything else is done";
         return Err(Ending::Solver(message.to_owned()));
     }
     Ok(())
+}
+
+/// The built-in comparison matrix.
+fn matrix(
+    arguments: &Compare,
+    solvers: &[&'static dyn Solver],
+    screen: &Screen,
+) -> Result<(), Ending> {
+    let folder = arguments.output.clone().unwrap_or_else(|| "riprap-matrix".into());
+    std::fs::create_dir_all(&folder)
+        .map_err(|error| Ending::Input(format!("{}: cannot write: {error}", folder.display())))?;
+    let only = arguments.only.as_deref().unwrap_or("");
+    let found = study::matrix::run(solvers, only, &folder, &screen.job())?;
+    let files = found.findings.write(&folder, "riprap compare --all")?;
+    screen.say(&format!("wrote {} files into {}", files.len(), folder.display()));
+    let value = json!({ "passed": found.passed, "found": found.findings.json(), "files": files });
+    screen.result(&value, &found.findings.text())?;
+    if solvers.is_empty() {
+        return Err(Ending::Solver("no outside solver is installed: nothing was compared".into()));
+    }
+    if found.passed {
+        return Ok(());
+    }
+    Err(Ending::Work("some cases are outside their tolerance; see the table".to_owned()))
+}
+
+/// A scene in lock-step.
+fn lock_step(
+    road: &mut Road,
+    solvers: &[&'static dyn Solver],
+    every: u64,
+    screen: &Screen,
+) -> Result<(), Ending> {
+    let found = road.lock_step(solvers, every, every)?;
+    screen.remarks(road);
+    let mut text = format!(
+        "{}: all codes start again from the same state every {every} steps\n\
+         largest distance at the end of a segment, in smallest radii\n\
+         {:10} {:>9} {:>22} {:>22}\n",
+        found.title, "", "segments", "from its own scheme", "from riprap's scheme"
+    );
+    for solver in solvers {
+        let count = found.segments.iter().filter(|s| s.solver == solver.key()).count();
+        if let Some([twin, ours]) = found.worst(solver.key()) {
+            text.push_str(&format!("{:10} {count:>9} {twin:>22.1e} {ours:>22.1e}\n", solver.key()));
+        }
+    }
+    found.failures.iter().for_each(|failure| text.push_str(&format!("{failure}\n")));
+    screen.result(&found, &text)?;
+    if let Some(failure) = found.failures.first() {
+        return Err(Ending::Solver(failure.clone()));
+    }
+    if found.passed() || solvers.is_empty() {
+        return Ok(());
+    }
+    Err(Ending::Work(format!(
+        "a solver is more than {:e} radii from riprap in its scheme at the end of a segment",
+        found.tolerance
+    )))
 }
 
 /// The solvers to compare with: those asked for, all of which must be installed, or all that are.

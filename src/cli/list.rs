@@ -47,7 +47,25 @@ pub fn list(arguments: &List, screen: &Screen) -> Result<(), Ending> {
         Some(kind) => lines(kind),
         None => all.into_iter().flat_map(lines).collect(),
     };
-    screen.result(&json!({ "entries": lines }), &table(&lines))
+    let mut text = table(&lines);
+    let mut value = json!({ "entries": lines });
+    if arguments.what == Some(Kind::Solvers) {
+        text.push_str(&format!("\n{}", solver::capability::text()));
+        value["abilities"] = abilities();
+    }
+    screen.result(&value, &text)
+}
+
+/// What decks can say, feature by feature.
+fn abilities() -> serde_json::Value {
+    let row = |feature: &solver::capability::Feature| {
+        let cells = solver::all().into_iter().zip(feature.abilities);
+        let cells = cells.map(|(solver, ability)| {
+            (solver.key().to_owned(), json!({ "ability": ability.word(), "note": ability.note() }))
+        });
+        json!({ "feature": feature.what, "solvers": cells.collect::<serde_json::Map<_, _>>() })
+    };
+    solver::capability::FEATURES.iter().map(row).collect()
 }
 
 fn lines(kind: Kind) -> Vec<Line> {

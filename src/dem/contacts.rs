@@ -416,6 +416,7 @@ fn approach<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
     let Field { balls, spins, setting, yade, .. } = field;
     let alike = L::splat(setting.alike.map_or(0.0, |(_, radius)| radius));
     let share = L::splat(setting.share);
+    let slide_share = L::splat(setting.slide_share);
     for at in (0..pairs.first.len()).step_by(W) {
         let (me, them) = (chunk::<W, _>(pairs.first, at), chunk::<W, _>(pairs.second, at));
         let (ours, theirs) = (entries(balls, me), entries(balls, them));
@@ -445,15 +446,16 @@ fn approach<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
         scratch.overlap.set(at, overlap);
         if SPINS > 0 {
             let arms = [radii[0] - share * overlap, radii[1] - share * overlap];
+            let slides = [radii[0] - slide_share * overlap, radii[1] - slide_share * overlap];
             let (mine, away) = (entries(spins, me), entries(spins, them));
             let spins = if MIXED {
                 let (mine, away) = (L::triples(mine), L::triples(away));
-                velocity = velocity + unit.cross(mine * arms[0] + away * arms[1]);
+                velocity = velocity + unit.cross(mine * slides[0] + away * slides[1]);
                 scratch.arms[1].set(at, arms[1]);
                 mine + away
             } else {
                 let both = L::triple_sums(mine, away);
-                velocity = velocity + unit.cross(both) * arms[0];
+                velocity = velocity + unit.cross(both) * slides[0];
                 both
             };
             scratch.arms[0].set(at, arms[0]);

@@ -322,7 +322,7 @@ pub const METHODS: &[MethodEntry] = &[
     MethodEntry {
         key: "variant",
         id: "D1",
-        summary: "tension, Coulomb limit (sum, spring, stick), history (rescaled, projected, rotated) and arm (half, full, radius) one by one",
+        summary: "tension, Coulomb limit (sum, spring, stick), history (rescaled, projected, rotated) and arm (half, full, radius, split) one by one",
         source: "",
         example: r#"plan.law.variant = { coulomb = "spring", history = "projected", arm = "radius" }"#,
     },

@@ -51,6 +51,8 @@ struct Other {
     normal: Vec3,
     overlap: f64,
     arms: [f64; 2],
+    /// Arms of the sliding velocity.
+    slides: [f64; 2],
     /// From the other side to the centre half a step before, and how the arm depends on the gap.
     before: Vec3,
     lean: f64,
@@ -260,6 +262,7 @@ impl<'a> Twin<'a> {
 
     fn spheres_at(&self, index: usize, grains: &[Grain], others: &mut Vec<Other>) {
         let (grain, share) = (&grains[index], self.setting.share);
+        let slide = self.setting.slide_share;
         for (there, other) in grains.iter().enumerate().skip(index + 1) {
             let between = grain.place - other.place;
             let overlap = grain.radius + other.radius - between.norm();
@@ -271,6 +274,7 @@ impl<'a> Twin<'a> {
                 normal: between.normalize(),
                 overlap,
                 arms: [grain.radius - share * overlap, other.radius - share * overlap],
+                slides: [grain.radius - slide * overlap, other.radius - slide * overlap],
                 before: between - (grain.velocity - other.velocity) * (0.5 * self.span()),
                 lean: share,
                 velocity: other.velocity,
@@ -299,6 +303,7 @@ impl<'a> Twin<'a> {
                 normal,
                 overlap,
                 arms: [grain.radius - plane.share * overlap, 0.0],
+                slides: [grain.radius - plane.share * overlap, 0.0],
                 before: normal * height.abs()
                     - plane.normal
                         * ((grain.velocity - plane.motion.velocity(&foot)).dot(&plane.normal)
@@ -337,18 +342,19 @@ impl<'a> Twin<'a> {
             met.push(face as u32);
             let overlap = grain.radius - away.norm();
             let deep = self.model.plan.scheme == Scheme::Yade;
-            let depth = if deep { (1.0 - self.setting.share) * overlap } else { 0.0 };
+            let depth = if deep { (1.0 - self.setting.wall_share) * overlap } else { 0.0 };
             others.push(Other {
                 key: (index, 2, face),
                 normal: away.normalize(),
                 overlap,
-                arms: [grain.radius - self.setting.share * overlap, 0.0],
+                arms: [grain.radius - self.setting.wall_share * overlap, 0.0],
+                slides: [grain.radius - self.setting.wall_share * overlap, 0.0],
                 before: {
                     let drift = grain.velocity - wall.motion.velocity(&point);
                     let place = grain.place - drift * (0.5 * self.span());
                     place - closest(&place, &corners).0
                 },
-                lean: self.setting.share,
+                lean: self.setting.wall_share,
                 velocity: wall.motion.velocity(&(point - away.normalize() * depth)),
                 spin: wall_spin(&wall.motion),
                 body: None,
@@ -378,10 +384,10 @@ impl<'a> Twin<'a> {
         let pair =
             self.model.contacts.between(self.model.bodies[grain.body].material, other.material);
         let n = other.normal;
-        let mine = grain.velocity + grain.spin.cross(&(n * -other.arms[0]));
+        let mine = grain.velocity + grain.spin.cross(&(n * -other.slides[0]));
         let theirs = other.velocity
             + if other.body.is_some() {
-                other.spin.cross(&(n * other.arms[1]))
+                other.spin.cross(&(n * other.slides[1]))
             } else {
                 Vec3::zeros()
             };

@@ -18,8 +18,12 @@ pub struct Setting<'a> {
     pub scheme: Scheme,
     /// Law variant.
     pub law: Law,
-    /// Part of the overlap that is taken from the radius to give the lever arm, but at axis-aligned planes.
+    /// Part of the overlap that is taken from the radius to give the lever arm between spheres.
     pub share: f64,
+    /// The same for the sliding velocity between spheres.
+    pub slide_share: f64,
+    /// The same at walls, but at axis-aligned planes.
+    pub wall_share: f64,
     /// Two dimensions.
     pub planar: bool,
     /// Acceleration of gravity, within the plane in two dimensions, m/s².
@@ -84,6 +88,8 @@ impl<'a> Setting<'a> {
             scheme: plan.scheme,
             law: plan.law,
             share: plan.law.arm.share(),
+            slide_share: plan.law.arm.slide_share(),
+            wall_share: plan.law.arm.wall_share(),
             planar: model.dimension == Dimension::Two,
             gravity: match model.dimension {
                 Dimension::Two => Vec3::new(model.gravity.x, model.gravity.y, 0.0),
@@ -209,8 +215,8 @@ impl<'a> Setting<'a> {
             motion: self.walls[number].motion,
             material: wall.material,
             share: match wall.shape.axis_plane() {
-                Some(_) => self.law.plane_arm.share(),
-                None => self.share,
+                Some(_) => self.law.plane_arm.wall_share(),
+                None => self.wall_share,
             },
         }
     }

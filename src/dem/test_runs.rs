@@ -75,6 +75,17 @@ fn law_variants_follow_the_twin() {
 }
 
 #[test]
+fn split_arms_follow_the_twin() {
+    for clumps in [false, true] {
+        let mut model = mixed(Scheme::Lammps, Dimension::Three, clumps, true, 4);
+        let law = Law { history: History::Rescaled, arm: Arm::Split, ..Scheme::Lammps.law() };
+        model.plan.law = law;
+        let difference = against_twin(model, 150);
+        assert!(difference < 1e-12, "{clumps} {difference}");
+    }
+}
+
+#[test]
 fn path_averaged_tension_follows_the_twin() {
     for arm in [Arm::Full, Arm::Half, Arm::Radius] {
         let mut model = mixed(Scheme::PathAveraged, Dimension::Three, true, false, 4);

@@ -144,7 +144,7 @@ pub fn on_faces<K: Kind>(
             velocity: motion.velocity(&hit.point),
             spin: wall_spin(motion),
             material: wall.material,
-            share: field.setting.share,
+            share: field.setting.wall_share,
             touches: hit.touches,
         };
         at_wall::<K>(field, slot, &spot, book, base + at, load, tally);

@@ -138,16 +138,30 @@ pub enum Arm {
     Half,
     /// R − δ (YADE `wall`).
     Full,
+    /// Between spheres R for the sliding velocity and R − δ/2 for the torque, R at walls (LAMMPS
+    /// `granular`). The work of the tangential force is off by the difference.
+    Split,
 }
 
 impl Arm {
-    /// Part of the overlap that is taken from the radius.
+    /// Part of the overlap that is taken from the radius to give the lever arm of the torque
+    /// between spheres.
     pub fn share(self) -> f64 {
         match self {
             Self::Radius => 0.0,
-            Self::Half => 0.5,
+            Self::Half | Self::Split => 0.5,
             Self::Full => 1.0,
         }
+    }
+
+    /// The same for the sliding velocity between spheres.
+    pub fn slide_share(self) -> f64 {
+        if self == Self::Split { 0.0 } else { self.share() }
+    }
+
+    /// The same at walls, for both.
+    pub fn wall_share(self) -> f64 {
+        self.slide_share()
     }
 }
 

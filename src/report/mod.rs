@@ -17,7 +17,7 @@ pub mod curves;
 mod figure;
 pub mod findings;
 #[cfg(test)]
-mod fixture;
+pub(crate) mod fixture;
 pub mod gallery;
 pub mod lettering;
 pub mod number;

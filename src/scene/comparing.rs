@@ -5,7 +5,7 @@ use super::paging;
 use super::parameters::Start;
 use super::road::{Packed, Road, RoadError};
 use crate::dem;
-use crate::model::{Model, Outcome, Run, Scheme};
+use crate::model::{Model, Outcome, Run};
 use crate::num::Job;
 use crate::report::compare::{Comparison, Twin, compare};
 use crate::solver::{Deck, DeckOptions, LimitKind, Solver};
@@ -21,6 +21,8 @@ pub struct Compared {
     pub others: Vec<Run>,
     /// Messages of solvers that failed.
     pub failures: Vec<String>,
+    /// What solvers cannot express of the scene: they were not run.
+    pub unable: Vec<String>,
     /// Solvers that did not take part and why: not installed, cannot run this scene, or failed.
     pub missing: Vec<String>,
 }
@@ -57,7 +59,8 @@ impl Road {
         let (packed, built, run) = self.run(false)?;
         let model = self.start(&built.model, &run);
         let ours = if model == built.model { run.clone() } else { dem::run(&model, &self.job)? };
-        let (able, mut failures) = able(solvers, &model);
+        let (able, unable) = able(solvers, &model);
+        let mut failures = Vec::new();
         let mut running = self.store.begin("compare", "")?;
         let mut others = Vec::new();
         let mut twins = Vec::new();
@@ -67,7 +70,7 @@ impl Road {
                     failures.push(format!("{}: {reason}", solver.name()));
                 }
                 Ok((run, twin)) => {
-                    twins.extend(twin.map(|twin| Twin { of: others.len(), ..twin }));
+                    twins.push(Twin { of: others.len(), ..twin });
                     others.push(run);
                 }
                 Err(message) => failures.push(message),
@@ -91,8 +94,8 @@ impl Road {
             .filter(|solver| solver.find().is_none())
             .map(|solver| format!("{} was not found; {}", solver.name(), solver.how_to_install()))
             .collect();
-        missing.extend(failures.iter().cloned());
-        let compared = Compared { comparison, ours, others, failures, missing };
+        missing.extend(failures.iter().chain(&unable).cloned());
+        let compared = Compared { comparison, ours, others, failures, unable, missing };
         paging::write(self, &packed, &built, &run, Some(&compared))?;
         Ok(compared)
     }
@@ -179,27 +182,19 @@ fn able(solvers: &[&'static dyn Solver], model: &Model) -> (Vec<&'static dyn Sol
 }
 
 /// A solver's run with our own in its scheme, or what went wrong.
-type Outside = Result<(Run, Option<Twin>), String>;
+type Outside = Result<(Run, Twin), String>;
 
 fn outside(solver: &dyn Solver, model: &Model, deck: &Deck, job: &Job) -> Outside {
     let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", solver.name());
     let run = solver.run(model, deck, job).map_err(|error| failed(&error))?;
-    let twin = twin(solver.key(), model, job).map_err(|error| failed(&error))?;
+    let twin = twin(solver, model, job).map_err(|error| failed(&error))?;
     Ok((run, twin))
 }
 
 /// Our own DEM with the solver's own scheme: what the solver should give to round-off.
-fn twin(key: &str, model: &Model, job: &Job) -> Result<Option<Twin>, dem::DemError> {
-    let scheme = match key {
-        "liggghts" => Scheme::Liggghts,
-        "yade" => Scheme::Yade,
-        _ => return Ok(None),
-    };
+fn twin(solver: &dyn Solver, model: &Model, job: &Job) -> Result<Twin, dem::DemError> {
     let mut model = model.clone();
-    let tension = model.plan.law.tension;
-    model.plan.scheme = scheme;
-    model.plan.law = scheme.law();
-    model.plan.law.tension = tension && scheme == Scheme::Liggghts;
+    (model.plan.scheme, model.plan.law) = solver.scheme(model.plan.law.tension);
     let run = dem::run(&model, job)?;
-    Ok(Some(Twin { of: 0, scheme: scheme.key().to_owned(), run }))
+    Ok(Twin { of: 0, scheme: model.plan.scheme.key().to_owned(), run })
 }

@@ -42,6 +42,27 @@ impl DeckOptions {
     }
 }
 
+impl DeckOptions {
+    /// Text of the `processors` command of LAMMPS and LIGGGHTS; empty for one rank. Without a
+    /// grid of the user's, the box is not cut across gravity, where the load is uneven.
+    pub fn processors_text(&self, model: &Model) -> String {
+        match self.processors {
+            Some(grid) => grid.map(|n| n.to_string()).join(" "),
+            None if self.ranks == 1 => String::new(),
+            None => {
+                let needs = model.needs();
+                let down = needs.gravity.then(|| model.gravity.iamax());
+                [0, 1, 2]
+                    .map(|axis| {
+                        let flat = needs.discs && axis == 2;
+                        if Some(axis) == down || flat { "1" } else { "*" }
+                    })
+                    .join(" ")
+            }
+        }
+    }
+}
+
 /// A deck that was written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Deck {
@@ -98,7 +119,7 @@ fn one_line(text: &str) -> String {
 }
 
 /// Refuses what cannot be written; else the limits that remain.
-pub fn accept(solver: &dyn Solver, model: &Model) -> Result<Vec<Limit>, SolverError> {
+fn accept(solver: &dyn Solver, model: &Model) -> Result<Vec<Limit>, SolverError> {
     finite::check(model)?;
     let limits = solver.limits(model);
     let reasons: Vec<String> = limits
@@ -114,14 +135,14 @@ pub fn accept(solver: &dyn Solver, model: &Model) -> Result<Vec<Limit>, SolverEr
 
 /// Values of the batch-queue script.
 #[derive(Debug, Serialize)]
-pub struct Queue {
+struct Queue {
     name: String,
     ranks: usize,
 }
 
 impl Queue {
     /// `job.slurm` for a model on `ranks` ranks.
-    pub fn render(model: &Model, ranks: usize) -> Result<String, SolverError> {
+    fn render(model: &Model, ranks: usize) -> Result<String, SolverError> {
         let name: String = model
             .title
             .chars()
@@ -132,9 +153,68 @@ impl Queue {
     }
 }
 
+/// A deck on its way: what is written into its folder at the end.
+#[derive(Debug)]
+pub struct Draft {
+    limits: Vec<Limit>,
+    files: Vec<(String, String)>,
+}
+
+impl Draft {
+    /// An empty deck of `model`.
+    ///
+    /// # Errors
+    /// Options that do not fit, numbers that are not finite, what the solver cannot express.
+    pub fn new(
+        solver: &dyn Solver,
+        model: &Model,
+        options: &DeckOptions,
+    ) -> Result<Self, SolverError> {
+        options.check()?;
+        if options.ranks > 1 && !solver.takes_ranks() {
+            return Err(SolverError::Options(format!(
+                "{} decks run on 1 rank: with more threads its results differ from run to run",
+                solver.name()
+            )));
+        }
+        Ok(Self { limits: accept(solver, model)?, files: Vec::new() })
+    }
+
+    /// What the solver does differently.
+    pub fn limits(&self) -> &[Limit] {
+        &self.limits
+    }
+
+    /// Adds a file made from a template.
+    pub fn add(
+        &mut self,
+        name: impl Into<String>,
+        template: &str,
+        values: &impl Serialize,
+    ) -> Result<(), SolverError> {
+        self.files.push((name.into(), templates::render(template, values)?));
+        Ok(())
+    }
+
+    /// Writes the deck as `folder`, with a batch script where it is asked for.
+    pub fn finish(
+        mut self,
+        model: &Model,
+        folder: &Path,
+        options: &DeckOptions,
+    ) -> Result<Deck, SolverError> {
+        if options.queue_script {
+            self.files.push(("job.slurm".to_owned(), Queue::render(model, options.ranks)?));
+        }
+        write_folder(folder, &self.files)?;
+        let files = self.files.into_iter().map(|(name, _)| name).collect();
+        Ok(Deck { folder: folder.to_owned(), files, ranks: options.ranks, limits: self.limits })
+    }
+}
+
 /// Writes `files` (name, text) as `folder`: into a temporary folder beside it
 /// first, which then takes its place.
-pub fn write_folder(folder: &Path, files: &[(String, String)]) -> Result<(), SolverError> {
+fn write_folder(folder: &Path, files: &[(String, String)]) -> Result<(), SolverError> {
     let name = folder.file_name().ok_or_else(|| {
         SolverError::Options(format!("{} is not a folder that can be made", folder.display()))
     })?;

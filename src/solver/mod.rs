@@ -4,15 +4,19 @@
 //! computes the values. What a solver cannot express, or does differently from
 //! what the model says, is listed before a deck is written.
 
+pub mod capability;
 mod deck;
 #[cfg(test)]
 mod deck_tests;
+mod dump;
 mod finite;
+pub mod lammps;
 mod left_out;
 pub mod liggghts;
 mod mesh_check;
 mod orientation;
 mod process;
+mod program;
 mod reading;
 pub mod rigid_masses;
 mod surface;
@@ -21,24 +25,28 @@ pub mod yade;
 
 pub use deck::{Deck, DeckOptions};
 
-use crate::model::{Model, Run};
+use crate::model::{Law, Model, Run, Scheme};
 use crate::num::{Job, MethodEntry};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// A solver that decks can be written for.
 pub trait Solver: Sync {
-    /// Key on the command line and in file names: `liggghts`, `yade`.
+    /// Key on the command line and in file names: `liggghts`, `yade`, `lammps`.
     fn key(&self) -> &'static str;
     /// Name for people, with the version that decks are written for.
     fn name(&self) -> &'static str;
-    /// The program on this machine: from the environment variable `RIPRAP_LIGGGHTS`
-    /// or `RIPRAP_YADE` where it is set, else from `PATH`; `None` if there is none that starts.
+    /// The program on this machine: from the environment variable `RIPRAP_LIGGGHTS`,
+    /// `RIPRAP_YADE` or `RIPRAP_LAMMPS` where it is set, else from `PATH`; `None` if there is
+    /// none that starts.
     fn find(&self) -> Option<Installation>;
     /// How to get it, as the end of a sentence: "... is not installed; {this}".
     fn how_to_install(&self) -> &'static str;
     /// True if its decks can be run on several MPI ranks.
     fn takes_ranks(&self) -> bool;
+    /// Scheme and law with which our own DEM computes what its decks compute, to rounding;
+    /// `tension` says whether the normal force of the scene may pull.
+    fn scheme(&self, tension: bool) -> (Scheme, Law);
     /// What of `model` this solver cannot express or does differently.
     fn limits(&self, model: &Model) -> Vec<Limit>;
     /// Writes the deck of `model` as `folder`, which must not hold anything but an
@@ -55,8 +63,8 @@ pub trait Solver: Sync {
 }
 
 /// The solvers, in the order in which they are listed.
-pub fn all() -> [&'static dyn Solver; 2] {
-    [&liggghts::Liggghts, &yade::Yade]
+pub fn all() -> [&'static dyn Solver; 3] {
+    [&liggghts::Liggghts, &yade::Yade, &lammps::Lammps]
 }
 
 /// One line each for `riprap list solvers`.
@@ -73,6 +81,13 @@ pub const METHODS: &[MethodEntry] = &[
         id: "",
         summary: "YADE 2023.02a: spheres, rigid clumps, planes, facets, local damping, one thread",
         source: "Smilauer et al. 2021",
+        example: "",
+    },
+    MethodEntry {
+        key: "lammps",
+        id: "",
+        summary: "LAMMPS 29 Sep 2021: spheres, rigid clumps (fix rigid/small), planes, MPI",
+        source: "Thompson et al. 2022",
         example: "",
     },
 ];

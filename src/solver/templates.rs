@@ -22,6 +22,10 @@ macro_rules! templates {
 templates![
     "header.txt",
     "job.slurm",
+    "lammps/in.lammps",
+    "lammps/rigid.inf",
+    "lammps/run.sh",
+    "lammps/spheres.data",
     "liggghts/in.liggghts",
     "liggghts/rigid.inf",
     "liggghts/run.sh",

@@ -7,6 +7,7 @@ mod bulk;
 mod clump;
 mod contact;
 mod limit;
+pub mod matrix;
 mod models;
 mod oblique;
 mod outside;

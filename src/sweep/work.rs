@@ -221,7 +221,10 @@ impl Work<'_> {
                         ended.problem.get_or_insert((Status::Outside, message));
                     }
                 }
-                if let Some(failure) = compared.failures.first() {
+                // A solver that cannot express the scene matters only where it was asked for.
+                let asked = !self.sweep.solvers.is_empty();
+                let unable = compared.unable.iter().filter(|_| asked);
+                if let Some(failure) = compared.failures.iter().chain(unable).next() {
                     ended.problem = Some((Status::Failed, failure.clone()));
                 }
             }

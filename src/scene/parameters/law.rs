@@ -37,7 +37,8 @@ pub struct VariantParameters {
     pub coulomb: Option<Coulomb>,
     /// How the tangential spring follows the contact: `rescaled` (default), `projected` or `rotated`.
     pub history: Option<History>,
-    /// Lever arm: `half` (R − δ/2, default), `full` (R − δ) or `radius` (R).
+    /// Lever arm: `half` (R − δ/2, default), `full` (R − δ), `radius` (R) or `split` (LAMMPS
+    /// `granular`: between spheres R for the sliding velocity and R − δ/2 for the torque, R at walls).
     pub arm: Option<Arm>,
     /// Lever arm at planes along the axes. Default: as `arm`.
     pub plane_arm: Option<Arm>,
@@ -68,12 +69,14 @@ impl LawParameters {
     /// Refuses what the scheme cannot do.
     pub(super) fn validate(&self, scheme: Scheme) -> Result<(), Fault> {
         let law = self.law(scheme);
-        let averaged = (law.coulomb, law.history) == (Coulomb::Sum, History::Rescaled);
+        let averaged = (law.coulomb, law.history) == (Coulomb::Sum, History::Rescaled)
+            && law.arm != Arm::Split
+            && law.plane_arm != Arm::Split;
         if scheme == Scheme::PathAveraged && !averaged {
             return Err(Fault::new(
                 "law",
                 "is none that the scheme `path_averaged` can compute",
-                "\"usual\", \"seed\", or a variant with coulomb = \"sum\" and history = \"rescaled\"",
+                "\"usual\", \"seed\", or a variant with coulomb = \"sum\", history = \"rescaled\" and no arm = \"split\"",
             ));
         }
         Ok(())

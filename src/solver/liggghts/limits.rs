@@ -5,7 +5,7 @@ use crate::geometry::Mesh;
 use crate::model::extra::{Cohesion, Rolling};
 use crate::model::{Arm, Coulomb, History, Lost, Model, Motion, PairForces, Scheme, WallShape};
 use crate::solver::mesh_check::{MeshFacts, inspect};
-use crate::solver::{Limit, finite};
+use crate::solver::{Limit, capability, finite};
 
 /// Smallest angle of a mesh triangle that LIGGGHTS takes with its default
 /// `curvature`, rad (0.256235 degrees).
@@ -35,11 +35,7 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
     if model.bodies.is_empty() {
         limits.push(Limit::refused("a deck needs at least one body"));
     }
-    if needs.zeroing {
-        limits.push(Limit::refused(
-            "velocities set to zero every so many steps: LIGGGHTS would have to split its run, which repeats the set-up pass; settle in riprap first",
-        ));
-    }
+    limits.extend(capability::refusals(0, &needs));
     match plan.guard.lost {
         Lost::Stop => {}
         Lost::Remove if needs.clumps => limits.push(Limit::refused(
@@ -51,21 +47,6 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
         Lost::GoOn => limits.push(Limit::refused(
             "bodies that go on outside the domain: LIGGGHTS deletes what leaves its box",
         )),
-    }
-    if needs.bonds {
-        limits.push(Limit::refused(
-            "bonds: LIGGGHTS-PUBLIC 3.8.0 has harmonic springs only, without shear, moments, damping or breakage; use YADE or rigid clumps",
-        ));
-    }
-    if needs.mutual_gravity {
-        limits.push(Limit::refused(
-            "gravity between bodies: LIGGGHTS has no such force; a deck without it would run another model",
-        ));
-    }
-    if needs.local_damping {
-        limits.push(Limit::refused(
-            "local (non-viscous) damping: LIGGGHTS has none; a deck without it would run another model",
-        ));
     }
     extra(model, limits);
     if needs.friction && needs.tangential_damping && plan.law.coulomb != Coulomb::SpringThenDashpot
@@ -94,9 +75,6 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
 fn extra(model: &Model, limits: &mut Vec<Limit>) {
     let needs = model.needs();
     let refused = [
-        (needs.bridges, "liquid bridges: LIGGGHTS' capillary models are other formulas"),
-        (needs.molecular, "molecular potentials: LIGGGHTS-PUBLIC has none"),
-        (needs.charges, "electrostatic forces: LIGGGHTS-PUBLIC has none"),
         (
             needs.drag && needs.clumps && !values::points(model).is_empty(),
             "drag on clumps whose centre of mass lies outside the hull of their sphere centres: the point that carries their mass would be slowed too",
@@ -174,10 +152,6 @@ fn walls(model: &Model, limits: &mut Vec<Limit>) {
     }
     for wall in &model.walls {
         match wall.motion {
-            Motion::Servo { .. } => limits.push(Limit::refused(format!(
-                "wall `{}` seeks a force: fix mesh/surface/stress/servo is a controller with gains of its own, which would move the wall in another way",
-                wall.name
-            ))),
             Motion::Oscillate { phase: 0.0, .. } if model.plan.scheme != Scheme::Liggghts => {
                 limits.push(Limit::differs(format!(
                     "wall `{}` is where the sum of its velocities times the step takes it: half a step's change of velocity off the sine",

@@ -5,18 +5,28 @@ mod limits;
 mod read;
 mod values;
 
-use super::deck::{Deck, DeckOptions, Queue, accept, write_folder};
-use super::process::{self, Command};
-use super::{Installation, Limit, Solver, SolverError, templates};
-use crate::model::{Model, Run};
+use super::deck::{Deck, DeckOptions, Draft};
+use super::dump;
+use super::program::Program;
+use super::{Installation, Limit, Solver, SolverError};
+use crate::model::{Law, Model, Run, Scheme};
 use crate::num::Job;
 use std::path::Path;
 
 /// LIGGGHTS 3.8.0.
 pub struct Liggghts;
 
-const PROGRAM: &str = "liggghts";
-const VARIABLE: &str = "RIPRAP_LIGGGHTS";
+const PROGRAM: Program = Program {
+    name: "LIGGGHTS 3.8.0",
+    command: "liggghts",
+    variable: "RIPRAP_LIGGGHTS",
+    how_to_install: "install it (Debian and Ubuntu: apt install liggghts), or build LIGGGHTS-PUBLIC 3.8.0 and set RIPRAP_LIGGGHTS to the program",
+    ask: &["-log", "none", "-h"],
+    marker: "Version ",
+    until: &[',', ' '],
+    outputs: read::OUTPUTS,
+    step_of: dump::step_of,
+};
 
 impl Solver for Liggghts {
     fn key(&self) -> &'static str {
@@ -24,22 +34,23 @@ impl Solver for Liggghts {
     }
 
     fn name(&self) -> &'static str {
-        "LIGGGHTS 3.8.0"
+        PROGRAM.name
     }
 
     fn find(&self) -> Option<Installation> {
-        let program = process::program(VARIABLE, PROGRAM)?;
-        let version = process::says(&program, &["-log", "none", "-h"], "Version ")?;
-        let version = version.split([',', ' ']).next().unwrap_or_default().to_owned();
-        Some(Installation { program, version })
+        PROGRAM.find()
     }
 
     fn how_to_install(&self) -> &'static str {
-        "install it (Debian and Ubuntu: apt install liggghts), or build LIGGGHTS-PUBLIC 3.8.0 and set RIPRAP_LIGGGHTS to the program"
+        PROGRAM.how_to_install
     }
 
     fn takes_ranks(&self) -> bool {
         true
+    }
+
+    fn scheme(&self, tension: bool) -> (Scheme, Law) {
+        (Scheme::Liggghts, Law { tension, ..Scheme::Liggghts.law() })
     }
 
     fn limits(&self, model: &Model) -> Vec<Limit> {
@@ -52,51 +63,23 @@ impl Solver for Liggghts {
         folder: &Path,
         options: &DeckOptions,
     ) -> Result<Deck, SolverError> {
-        options.check()?;
-        let limits = accept(self, model)?;
+        let mut draft = Draft::new(self, model, options)?;
         let surfaces = values::surfaces(model);
-        let script = values::Script::new(self, model, options, &surfaces, &limits);
-        let mut files = vec![
-            ("in.liggghts".to_owned(), templates::render("liggghts/in.liggghts", &script)?),
-            (
-                "spheres.data".to_owned(),
-                templates::render("liggghts/spheres.data", &values::Data::new(model, &surfaces))?,
-            ),
-            (
-                "run.sh".to_owned(),
-                templates::render("liggghts/run.sh", &values::Start::new(options))?,
-            ),
-        ];
+        let script = values::Script::new(self, model, options, &surfaces, draft.limits());
+        draft.add("in.liggghts", "liggghts/in.liggghts", &script)?;
+        draft.add("spheres.data", "liggghts/spheres.data", &values::Data::new(model, &surfaces))?;
+        draft.add("run.sh", "liggghts/run.sh", &values::Start::new(options))?;
         if model.needs().clumps {
-            let text = templates::render("liggghts/rigid.inf", &values::Rigid::new(model))?;
-            files.push(("rigid.inf".to_owned(), text));
+            draft.add("rigid.inf", "liggghts/rigid.inf", &values::Rigid::new(model))?;
         }
         for surface in &surfaces {
-            let text = templates::render("liggghts/wall.stl", &values::Stl::new(surface))?;
-            files.push((surface.file(), text));
+            draft.add(surface.file(), "liggghts/wall.stl", &values::Stl::new(surface))?;
         }
-        if options.queue_script {
-            files.push(("job.slurm".to_owned(), Queue::render(model, options.ranks)?));
-        }
-        write_folder(folder, &files)?;
-        let files = files.into_iter().map(|(name, _)| name).collect();
-        Ok(Deck { folder: folder.to_owned(), files, ranks: options.ranks, limits })
+        draft.finish(model, folder, options)
     }
 
     fn run(&self, model: &Model, deck: &Deck, job: &Job) -> Result<Run, SolverError> {
-        let program = process::program(VARIABLE, PROGRAM)
-            .ok_or(SolverError::Missing { solver: self.name(), how: self.how_to_install() })?;
-        process::remove(&deck.folder, read::OUTPUTS)?;
-        let ended = Command {
-            folder: &deck.folder,
-            variable: VARIABLE,
-            program: &program,
-            solver: self.name(),
-            steps: model.plan.steps,
-            step_of: read::step_of,
-            ranks: deck.ranks,
-        }
-        .run(job)?;
+        let ended = PROGRAM.run(model, deck, job)?;
         read::run(self.name(), model, deck, &ended)
     }
 }

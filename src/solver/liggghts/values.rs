@@ -292,7 +292,7 @@ impl Script {
             cohesion: cohesion_model(model).unwrap_or(""),
             rolling: rolling_model(model).unwrap_or(""),
             drag: model.extra.drag,
-            processors: processors(model, options),
+            processors: options.processors_text(model),
             skin: SKIN * smallest_radius(model),
             points: points(model).len(),
             point_type: point_type(model),
@@ -322,24 +322,6 @@ fn boundary(model: &Model) -> String {
     let flat = model.needs().discs;
     let wraps = |axis: usize| model.periodic.is_some_and(|cell| cell.periodic[axis]);
     [0, 1, 2].map(|axis| if wraps(axis) || flat && axis == 2 { "p" } else { "f" }).join(" ")
-}
-
-/// Text of the `processors` command; empty for one rank. Without a grid of the
-/// user's, the box is not cut across gravity, where the load is uneven.
-fn processors(model: &Model, options: &DeckOptions) -> String {
-    match options.processors {
-        Some(grid) => grid.map(|n| n.to_string()).join(" "),
-        None if options.ranks == 1 => String::new(),
-        None => {
-            let down = model.needs().gravity.then(|| model.gravity.iamax());
-            [0, 1, 2]
-                .map(|axis| {
-                    let flat = model.needs().discs && axis == 2;
-                    if Some(axis) == down || flat { "1" } else { "*" }
-                })
-                .join(" ")
-        }
-    }
 }
 
 /// Name of the cohesion model, empty for none; `None` if there are two.

@@ -2,7 +2,7 @@
 
 use super::{bonds, values};
 use crate::model::{Arm, Coulomb, History, Lost, Model, Scheme, WallShape};
-use crate::solver::{Limit, finite};
+use crate::solver::{Limit, capability, finite};
 
 /// Relative difference up to which moments of inertia count as equal.
 const ROUNDING: f64 = 1e-9;
@@ -36,23 +36,7 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
         ));
     }
     limits.extend(bonds::limits(model));
-    let refused = [
-        (
-            needs.mutual_gravity,
-            "gravity between bodies: YADE has a central force towards one body only",
-        ),
-        (needs.cohesion, "cohesion: the ViscEl law has none of these kinds"),
-        (needs.bridges, "liquid bridges: riprap writes no ViscElCap deck"),
-        (needs.molecular, "molecular potentials: YADE has none"),
-        (needs.charges, "electrostatic forces: YADE has none"),
-        (needs.rolling, "resistance to rolling: that of the ViscEl law is another"),
-        (needs.drag, "viscous drag on every sphere: YADE has local damping only"),
-    ];
-    for (there, reason) in refused {
-        if there {
-            limits.push(Limit::refused(reason));
-        }
-    }
+    limits.extend(capability::refusals(1, &needs));
     if let Some(cell) = &model.periodic {
         if needs.discs || cell.periodic != [true; 3] {
             limits.push(Limit::refused(

@@ -7,18 +7,27 @@ mod read;
 pub mod series;
 mod values;
 
-use super::deck::{Deck, DeckOptions, Queue, accept, write_folder};
-use super::process::{self, Command};
-use super::{Installation, Limit, Solver, SolverError, templates};
-use crate::model::{Model, Run};
+use super::deck::{Deck, DeckOptions, Draft};
+use super::program::Program;
+use super::{Installation, Limit, Solver, SolverError};
+use crate::model::{Law, Model, Run, Scheme};
 use crate::num::Job;
 use std::path::Path;
 
 /// YADE 2023.02a.
 pub struct Yade;
 
-const PROGRAM: &str = "yade";
-const VARIABLE: &str = "RIPRAP_YADE";
+const PROGRAM: Program = Program {
+    name: "YADE 2023.02a",
+    command: "yade",
+    variable: "RIPRAP_YADE",
+    how_to_install: "install it (Debian and Ubuntu: apt install yade), or set RIPRAP_YADE to the program",
+    ask: &["--version"],
+    marker: "Yade version:",
+    until: &[],
+    outputs: read::OUTPUTS,
+    step_of: read::step_of,
+};
 
 impl Solver for Yade {
     fn key(&self) -> &'static str {
@@ -26,21 +35,23 @@ impl Solver for Yade {
     }
 
     fn name(&self) -> &'static str {
-        "YADE 2023.02a"
+        PROGRAM.name
     }
 
     fn find(&self) -> Option<Installation> {
-        let program = process::program(VARIABLE, PROGRAM)?;
-        let version = process::says(&program, &["--version"], "Yade version:")?;
-        Some(Installation { program, version })
+        PROGRAM.find()
     }
 
     fn how_to_install(&self) -> &'static str {
-        "install it (Debian and Ubuntu: apt install yade), or set RIPRAP_YADE to the program"
+        PROGRAM.how_to_install
     }
 
     fn takes_ranks(&self) -> bool {
         false
+    }
+
+    fn scheme(&self, _tension: bool) -> (Scheme, Law) {
+        (Scheme::Yade, Scheme::Yade.law())
     }
 
     fn limits(&self, model: &Model) -> Vec<Limit> {
@@ -53,59 +64,29 @@ impl Solver for Yade {
         folder: &Path,
         options: &DeckOptions,
     ) -> Result<Deck, SolverError> {
-        options.check()?;
-        if options.ranks != 1 {
-            return Err(SolverError::Options(
-                "YADE decks run on 1 rank: with more threads its results differ from run to run"
-                    .into(),
-            ));
-        }
-        let limits = accept(self, model)?;
-        let script = values::Script::new(self, model, &limits)?;
+        let mut draft = Draft::new(self, model, options)?;
+        let script = values::Script::new(self, model, draft.limits())?;
         let needs = model.needs();
-        let mut files = vec![
-            ("run.py".to_owned(), templates::render("yade/run.py", &script)?),
-            ("run.sh".to_owned(), templates::render("yade/run.sh", &values::Nothing {})?),
-        ];
+        draft.add("run.py", "yade/run.py", &script)?;
+        draft.add("run.sh", "yade/run.sh", &values::Nothing {})?;
         if needs.spheres {
-            let text = templates::render("yade/spheres.csv", &values::Spheres::new(model))?;
-            files.push(("spheres.csv".to_owned(), text));
+            draft.add("spheres.csv", "yade/spheres.csv", &values::Spheres::new(model))?;
         }
         if needs.clumps {
-            let text = templates::render("yade/clumps.csv", &values::Clumps::new(model))?;
-            files.push(("clumps.csv".to_owned(), text));
-            let text = templates::render("yade/members.csv", &values::Members::new(model))?;
-            files.push(("members.csv".to_owned(), text));
+            draft.add("clumps.csv", "yade/clumps.csv", &values::Clumps::new(model))?;
+            draft.add("members.csv", "yade/members.csv", &values::Members::new(model))?;
         }
         if needs.bonds {
-            let text = templates::render("yade/bonds.csv", &bonds::Bonds::new(model))?;
-            files.push(("bonds.csv".to_owned(), text));
+            draft.add("bonds.csv", "yade/bonds.csv", &bonds::Bonds::new(model))?;
         }
         for (name, facets) in values::facets(model) {
-            files.push((name, templates::render("yade/wall.txt", &facets)?));
+            draft.add(name, "yade/wall.txt", &facets)?;
         }
-        if options.queue_script {
-            files.push(("job.slurm".to_owned(), Queue::render(model, 1)?));
-        }
-        write_folder(folder, &files)?;
-        let files = files.into_iter().map(|(name, _)| name).collect();
-        Ok(Deck { folder: folder.to_owned(), files, ranks: 1, limits })
+        draft.finish(model, folder, options)
     }
 
     fn run(&self, model: &Model, deck: &Deck, job: &Job) -> Result<Run, SolverError> {
-        let program = process::program(VARIABLE, PROGRAM)
-            .ok_or(SolverError::Missing { solver: self.name(), how: self.how_to_install() })?;
-        process::remove(&deck.folder, read::OUTPUTS)?;
-        let ended = Command {
-            folder: &deck.folder,
-            variable: VARIABLE,
-            program: &program,
-            solver: self.name(),
-            steps: model.plan.steps,
-            step_of: read::step_of,
-            ranks: deck.ranks,
-        }
-        .run(job)?;
+        let ended = PROGRAM.run(model, deck, job)?;
         read::run(self.name(), model, deck, &ended)
     }
 }

@@ -1,0 +1,364 @@
+//! The values that the LAMMPS templates print: one struct a template.
+
+use crate::geometry::Bounds;
+use crate::model::{Contact, Model, Motion, Needs, Wall, WallShape};
+use crate::num::{Mat3, Vec3};
+use crate::solver::deck::{DeckOptions, Header};
+use crate::solver::{Limit, Solver};
+use serde::Serialize;
+use std::f64::consts::PI;
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+/// Skin of the neighbour list over the smallest radius.
+const SKIN: f64 = 0.1;
+
+/// Values of `in.lammps`.
+#[derive(Debug, Serialize)]
+pub struct Script {
+    header: Header,
+    needs: Needs,
+    tension: bool,
+    drag: f64,
+    processors: String,
+    skin: f64,
+    material_names: Vec<String>,
+    /// Types that walls tell apart; none if bodies are of one material.
+    kinds: Vec<usize>,
+    pairs: Vec<Pair>,
+    step: f64,
+    walls: Vec<WallValues>,
+    gravity: f64,
+    gravity_direction: [f64; 3],
+    dumps: Vec<Dump>,
+    last: u64,
+    report_every: u64,
+    steps: u64,
+}
+
+/// The contact of two atom types.
+#[derive(Debug, Serialize)]
+struct Pair {
+    first: usize,
+    second: usize,
+    law: String,
+}
+
+/// A wall against the bodies of one material.
+#[derive(Debug, Serialize)]
+struct WallValues {
+    name: String,
+    /// 0: the bodies of all materials.
+    material: usize,
+    law: String,
+    primitive: bool,
+    /// Axis of a primitive wall, and its low and high place.
+    axis: &'static str,
+    low: String,
+    high: String,
+    shear_axis: &'static str,
+    shear: f64,
+    point: [f64; 3],
+    normal: [f64; 3],
+    moves: bool,
+    velocity: [f64; 3],
+    /// The first of the fixes of its wall: it declares the region.
+    first: bool,
+}
+
+/// One dump of all spheres.
+#[derive(Debug, Serialize)]
+struct Dump {
+    id: &'static str,
+    every: u64,
+    file: &'static str,
+}
+
+fn plain(vector: &Vec3) -> [f64; 3] {
+    [vector.x, vector.y, vector.z]
+}
+
+/// Atom types count from 1.
+fn type_number(material: u16) -> usize {
+    usize::from(material) + 1
+}
+
+/// Materials that bodies have, in rising order.
+fn body_materials(model: &Model) -> Vec<u16> {
+    let mut materials: Vec<u16> = model.bodies.iter().map(|body| body.material).collect();
+    materials.sort_unstable();
+    materials.dedup();
+    materials
+}
+
+/// Pairs of materials that meet: bodies with bodies, bodies with walls.
+pub fn pairs(model: &Model) -> Vec<(u16, u16)> {
+    let bodies = body_materials(model);
+    let mut pairs = Vec::new();
+    for (at, a) in bodies.iter().enumerate() {
+        pairs.extend(bodies[at..].iter().map(|b| (*a, *b)));
+        pairs.extend(model.walls.iter().map(|wall| (*a, wall.material)));
+    }
+    pairs.sort_unstable();
+    pairs.dedup();
+    pairs
+}
+
+/// Arguments of `granular` for one contact. A pair without friction in a scene with friction
+/// keeps a spring that the limit 0 holds at nothing; LAMMPS divides by its stiffness.
+fn law(contact: &Contact, friction: bool, tension: bool) -> String {
+    let tangential = if friction {
+        let sticks = contact.friction > 0.0 && contact.kt > 0.0;
+        let kt = if contact.kt > 0.0 { contact.kt } else { contact.kn };
+        let ratio = if sticks && contact.ct > 0.0 { contact.ct / contact.cn } else { 0.0 };
+        let limit = if sticks { contact.friction } else { 0.0 };
+        format!("linear_history {kt:?} {ratio:?} {limit:?}")
+    } else {
+        "linear_nohistory 0.0 0.0".to_owned()
+    };
+    let limited = if tension { "" } else { " limit_damping" };
+    format!(
+        "hooke {:?} {:?} tangential {tangential} damping velocity{limited}",
+        contact.kn, contact.cn
+    )
+}
+
+/// True for a wall that `fix wall/gran` has: a plane along an axis, at rest or sliding along
+/// one axis of its own.
+pub fn is_primitive(wall: &Wall) -> bool {
+    let Some((axis, _, _)) = wall.shape.axis_plane() else { return false };
+    match wall.motion {
+        Motion::Still => true,
+        Motion::Translate { velocity } => {
+            let moving: Vec<usize> = (0..3).filter(|a| velocity[*a] != 0.0).collect();
+            moving.is_empty() || (moving.len() == 1 && moving[0] != axis)
+        }
+        Motion::Rotate { rate, .. } => rate == 0.0,
+        Motion::Oscillate { .. } | Motion::Servo { .. } => false,
+    }
+}
+
+fn walls(model: &Model) -> Vec<WallValues> {
+    let (needs, materials) = (model.needs(), body_materials(model));
+    let mut all = Vec::new();
+    for wall in &model.walls {
+        let WallShape::Plane { point, normal } = &wall.shape else { continue };
+        let (axis, position, side) = wall.shape.axis_plane().unwrap_or((0, 0.0, 1.0));
+        let velocity = match wall.motion {
+            Motion::Translate { velocity } => velocity,
+            _ => Vec3::zeros(),
+        };
+        let along = (0..3).find(|a| velocity[*a] != 0.0);
+        let place = format!("{position:?}");
+        let (low, high) = if side > 0.0 { (place, "NULL".into()) } else { ("NULL".into(), place) };
+        for (number, material) in materials.iter().enumerate() {
+            let contact = model.contacts.between(*material, wall.material);
+            all.push(WallValues {
+                name: wall.name.clone(),
+                material: if materials.len() > 1 { type_number(*material) } else { 0 },
+                law: law(contact, needs.friction, model.plan.law.tension),
+                primitive: is_primitive(wall),
+                axis: AXES[axis],
+                low: low.clone(),
+                high: high.clone(),
+                shear_axis: along.map_or("", |a| AXES[a]),
+                shear: along.map_or(0.0, |a| velocity[a]),
+                point: plain(point),
+                normal: plain(normal),
+                moves: velocity.norm() > 0.0,
+                velocity: plain(&velocity),
+                first: number == 0,
+            });
+        }
+    }
+    all
+}
+
+fn radii(model: &Model) -> (f64, f64) {
+    model
+        .spheres
+        .iter()
+        .fold((f64::INFINITY, 0.0), |(low, high), s| (s.radius.min(low), s.radius.max(high)))
+}
+
+impl Script {
+    /// Reads a model.
+    pub fn new(
+        solver: &dyn Solver,
+        model: &Model,
+        options: &DeckOptions,
+        limits: &[Limit],
+    ) -> Self {
+        let needs = model.needs();
+        let steps = model.plan.steps;
+        let every = model.plan.frame_every.max(1);
+        let mut dumps = vec![Dump { id: "frames", every, file: "spheres.dump" }];
+        if steps % every != 0 {
+            dumps.push(Dump { id: "last", every: steps, file: "last.dump" });
+        }
+        let kinds = model.materials.len() as u16;
+        let bodies = body_materials(model);
+        let several = bodies.len() > 1 && !model.walls.is_empty();
+        let pair = |a: u16, b: u16| Pair {
+            first: type_number(a),
+            second: type_number(b),
+            law: law(model.contacts.between(a, b), needs.friction, model.plan.law.tension),
+        };
+        Self {
+            header: Header::new(solver, model, limits),
+            needs,
+            tension: model.plan.law.tension,
+            drag: model.extra.drag,
+            processors: options.processors_text(model),
+            skin: SKIN * radii(model).0,
+            material_names: model
+                .materials
+                .iter()
+                .map(|m| m.name.replace(['\n', '&'], " "))
+                .collect(),
+            kinds: if several { bodies.into_iter().map(type_number).collect() } else { Vec::new() },
+            pairs: (0..kinds)
+                .flat_map(|a| (a..kinds).map(move |b| (a, b)))
+                .map(|(a, b)| pair(a, b))
+                .collect(),
+            step: model.plan.step,
+            walls: walls(model),
+            gravity: model.gravity.norm(),
+            gravity_direction: plain(&model.gravity),
+            dumps,
+            last: steps.max(1),
+            report_every: (steps / 100).max(1),
+            steps,
+        }
+    }
+}
+
+/// Values of `spheres.data`.
+#[derive(Debug, Serialize)]
+pub struct Data {
+    needs: Needs,
+    types: usize,
+    sides: Vec<(&'static str, f64, f64)>,
+    /// Id, type, diameter, density, x, y, z.
+    atoms: Vec<(usize, usize, f64, f64, f64, f64, f64)>,
+    /// Id, velocity, angular velocity.
+    velocities: Vec<(usize, f64, f64, f64, f64, f64, f64)>,
+    /// Id, number of the clump or 0.
+    molecules: Vec<(usize, usize)>,
+}
+
+impl Data {
+    /// Reads a model. LAMMPS computes masses from densities as of spheres, discs too.
+    pub fn new(model: &Model) -> Self {
+        let needs = model.needs();
+        let bounds = simulation_box(model);
+        let centres = model.sphere_centres(&model.initial_states());
+        let mut data = Self {
+            needs,
+            types: model.materials.len(),
+            sides: (0..3).map(|a| (AXES[a], bounds.low[a], bounds.high[a])).collect(),
+            atoms: Vec::with_capacity(model.spheres.len()),
+            velocities: Vec::with_capacity(model.spheres.len()),
+            molecules: Vec::new(),
+        };
+        let mut molecule = 0;
+        for (index, body) in model.bodies.iter().enumerate() {
+            let clump = body.sphere_count > 1;
+            molecule += usize::from(clump);
+            let volume: f64 = model.spheres_of(index).iter().map(|s| s.radius.powi(3)).sum();
+            // Of clumps the masses of single spheres act on nothing: shares by volume.
+            let density = body.mass / (4.0 / 3.0 * PI * volume);
+            for local in 0..body.sphere_count {
+                let sphere = (body.first_sphere + local) as usize;
+                let (x, r) = (&centres[sphere], model.spheres[sphere].radius);
+                let z = if needs.discs { 0.0 } else { x.z };
+                data.atoms.push((
+                    sphere + 1,
+                    type_number(body.material),
+                    2.0 * r,
+                    density,
+                    x.x,
+                    x.y,
+                    z,
+                ));
+                // The set-up pass takes these; later fix rigid has its own of clumps.
+                let v = body.velocity + body.spin.cross(&(x - body.position));
+                let w = &body.spin;
+                data.velocities.push((sphere + 1, v.x, v.y, v.z, w.x, w.y, w.z));
+                if needs.clumps {
+                    data.molecules.push((sphere + 1, if clump { molecule } else { 0 }));
+                }
+            }
+        }
+        let moves = |m: &(usize, f64, f64, f64, f64, f64, f64)| {
+            [m.1, m.2, m.3, m.4, m.5, m.6].iter().any(|v| *v != 0.0)
+        };
+        if !data.velocities.iter().any(moves) {
+            data.velocities.clear();
+        }
+        data
+    }
+}
+
+/// The domain and two radii around it.
+fn simulation_box(model: &Model) -> Bounds {
+    let mut room = model.domain.grown(2.0 * radii(model).1);
+    if model.needs().discs {
+        let half = 0.5 * room.size().xy().max();
+        (room.low.z, room.high.z) = (-half, half);
+    }
+    room
+}
+
+/// What `fix rigid/small` misses in its first half step: its set-up pass does not know its
+/// own `gravity` yet. Clumps start with this velocity on top, m/s.
+pub fn missed_kick(model: &Model) -> Vec3 {
+    let mut kick = model.gravity * (0.5 * model.plan.step);
+    if model.needs().discs {
+        kick.z = 0.0;
+    }
+    kick
+}
+
+/// Values of `rigid.inf`: molecule; mass, centre, Ixx Iyy Izz Ixy Ixz Iyz, velocity, angular
+/// momentum.
+#[derive(Debug, Serialize)]
+pub struct Rigid {
+    bodies: Vec<(usize, Vec<f64>)>,
+}
+
+impl Rigid {
+    /// Reads the clumps of a model.
+    pub fn new(model: &Model) -> Self {
+        let clumps = model.bodies.iter().filter(|body| body.sphere_count > 1);
+        let bodies = clumps
+            .enumerate()
+            .map(|(number, body)| {
+                let axes = body.orientation.to_rotation_matrix();
+                let tensor =
+                    axes.matrix() * Mat3::from_diagonal(&body.inertia) * axes.matrix().transpose();
+                let (x, l) = (&body.position, tensor * body.spin);
+                let v = body.velocity + missed_kick(model);
+                let z = if model.needs().discs { 0.0 } else { x.z };
+                let mut row = vec![body.mass, x.x, x.y, z];
+                row.extend([tensor.m11, tensor.m22, tensor.m33]);
+                row.extend([tensor.m12, tensor.m13, tensor.m23]);
+                row.extend([v.x, v.y, v.z, l.x, l.y, l.z]);
+                (number + 1, row)
+            })
+            .collect();
+        Self { bodies }
+    }
+}
+
+/// Values of `run.sh`.
+#[derive(Debug, Serialize)]
+pub struct Start {
+    ranks: usize,
+}
+
+impl Start {
+    /// Reads the options.
+    pub fn new(options: &DeckOptions) -> Self {
+        Self { ranks: options.ranks }
+    }
+}

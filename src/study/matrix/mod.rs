@@ -1,0 +1,323 @@
+//! `riprap compare --all`: many small scenes in all solvers, each with a tolerance and its
+//! reason, and two kinds of verdict.
+//!
+//! 1. *Same computation?* Every solver against riprap in that solver's scheme and law, sphere
+//!    by sphere: over the whole run where few contacts happen, in lock-step where many do.
+//! 2. *Same limit?* For single contacts: every solver against riprap's `path_averaged` as the
+//!    step goes to zero. What is left is what the contact laws differ by.
+//!
+//! Cost: a few seconds a case; the page names each.
+
+mod cases;
+mod limit;
+
+use super::{StudyError, go_on};
+use crate::num::Job;
+use crate::report::findings::{Cell, Findings, Sheet};
+use crate::scene::comparing::Compared;
+use crate::scene::road::{Road, RoadError};
+use crate::solver::{DeckOptions, Solver};
+use cases::Case;
+use std::path::Path;
+
+/// What came out.
+pub struct Matrix {
+    /// True if no case is outside its tolerance without a known reason.
+    pub passed: bool,
+    /// Tables and charts.
+    pub findings: Findings,
+}
+
+/// A verdict on one solver in one case.
+struct Row {
+    solver: String,
+    from_twin: f64,
+    from_ours: f64,
+    cpu: f64,
+    verdict: String,
+    fails: bool,
+}
+
+/// Runs all cases whose key holds `only` in `solvers`; scenes and reports go into
+/// `folder/cases`.
+///
+/// # Errors
+/// A scene that riprap itself cannot run; a folder that cannot be written.
+pub fn run(
+    solvers: &[&'static dyn Solver],
+    only: &str,
+    folder: &Path,
+    job: &Job,
+) -> Result<Matrix, StudyError> {
+    let chosen: Vec<Case> =
+        cases::all().into_iter().filter(|case| case.key.contains(only)).collect();
+    if chosen.is_empty() {
+        return Err(StudyError::Work(format!("no case of the matrix holds \"{only}\"")));
+    }
+    let (mut rows, mut limits, mut charts) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut passed, mut verdicts, mut outside) = (true, 0_usize, Vec::new());
+    for (number, case) in chosen.iter().enumerate() {
+        go_on(job)?;
+        job.report("matrix", number as u64, chosen.len() as u64);
+        let mut road = open(case, folder, job)?;
+        let mut found = match case.lock_step {
+            Some(_) => lock_step(&mut road, case, solvers)?,
+            None => whole(&mut road, case, solvers)?,
+        };
+        if case.ranks {
+            found.extend(on_two_ranks(&mut road, case, solvers)?);
+        }
+        if case.limit {
+            let (sheet_rows, chart) = limit::small_steps(&mut road, case, solvers, job)?;
+            limits.extend(sheet_rows);
+            charts.push((format!("limit-{}", case.key), chart));
+        }
+        for row in found {
+            verdicts += 1;
+            if row.fails {
+                passed = false;
+                outside.push(format!("{} in {}", case.key, row.solver));
+            }
+            rows.push(vec![
+                case.key.as_str().into(),
+                case.what.as_str().into(),
+                row.solver.into(),
+                row.verdict.into(),
+                row.from_twin.into(),
+                case.tolerance.into(),
+                row.from_ours.into(),
+                row.cpu.into(),
+                case.reason.into(),
+            ]);
+        }
+    }
+    let remarks = vec![
+        if passed {
+            format!(
+                "No case of {} ({verdicts} verdicts) is outside its tolerance without a known reason.",
+                chosen.len()
+            )
+        } else {
+            format!("Outside their tolerance: {}.", outside.join(", "))
+        },
+        "Scenes, decks and the report of each case (pictures, charts, energies) are in cases/."
+            .into(),
+    ];
+    Ok(Matrix {
+        passed,
+        findings: Findings {
+            title: "Comparison matrix".into(),
+            question: "Does riprap in each solver's own scheme compute what the solver computes, \
+                       and do all solvers have riprap's limit as the step goes to zero?"
+                .into(),
+            remarks,
+            tables: tables(solvers, rows, limits),
+            charts,
+            pictures: Vec::new(),
+        },
+    })
+}
+
+fn tables(
+    solvers: &[&'static dyn Solver],
+    rows: Vec<Vec<Cell>>,
+    limits: Vec<Vec<Cell>>,
+) -> Vec<Sheet> {
+    let versions = solvers.iter().filter_map(|solver| {
+        let found = solver.find()?;
+        let program = found.program.display().to_string();
+        Some(vec![solver.name().into(), found.version.into(), program.into()])
+    });
+    let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
+    let mut sheets = vec![
+        Sheet {
+            key: "verdicts".into(),
+            title: "Same computation?".into(),
+            caption: "Largest distance of any sphere, in smallest radii: from riprap in the \
+                      solver's own scheme (judged), and from riprap in its default scheme (what \
+                      schemes and laws differ by). CPU time of the solver, start included."
+                .into(),
+            columns: names(&[
+                "case",
+                "what",
+                "solver",
+                "verdict",
+                "from its scheme",
+                "tolerance",
+                "from riprap",
+                "CPU [s]",
+                "reason of the tolerance",
+            ]),
+            rows,
+        },
+        Sheet {
+            key: "versions".into(),
+            title: "Solvers".into(),
+            caption: String::new(),
+            columns: names(&["decks for", "found", "program"]),
+            rows: versions.collect(),
+        },
+    ];
+    if !limits.is_empty() {
+        sheets.insert(
+            1,
+            Sheet {
+                key: "limits".into(),
+                title: "Same limit as the step goes to zero?".into(),
+                caption: "Largest difference of the velocities after the impact from riprap's \
+                          path_averaged at an eighth of the smallest step, over the largest \
+                          velocity. The order is that of the solver's own convergence, from its \
+                          last three steps; what is left is the difference of the contact laws."
+                    .into(),
+                columns: names(&[
+                    "case", "solver", "4 us", "2 us", "1 us", "0.5 us", "order", "CPU [s]",
+                ]),
+                rows: limits,
+            },
+        );
+    }
+    sheets
+}
+
+fn work(error: RoadError) -> StudyError {
+    match error {
+        RoadError::Cancelled | RoadError::Paused { .. } => StudyError::Cancelled,
+        other => StudyError::Work(other.to_string()),
+    }
+}
+
+/// Writes the scene of a case into a folder of its own.
+fn open(case: &Case, folder: &Path, job: &Job) -> Result<Road, StudyError> {
+    let own = folder.join("cases").join(&case.key);
+    let path = own.join("scene.toml");
+    let files = case.files.iter().map(|(name, text)| (own.join(name), text));
+    std::fs::create_dir_all(&own)
+        .map_err(|error| StudyError::Work(format!("{}: {error}", own.display())))?;
+    for (path, text) in std::iter::once((path.clone(), &case.scene)).chain(files) {
+        crate::report::write_whole(&path, text.as_bytes())
+            .map_err(|error| StudyError::Work(error.to_string()))?;
+    }
+    Road::open(&path, None, job.clone())
+        .map_err(|error| StudyError::Work(format!("{}: {error}", case.key)))
+}
+
+/// One run from start to end.
+fn whole(
+    road: &mut Road,
+    case: &Case,
+    solvers: &[&'static dyn Solver],
+) -> Result<Vec<Row>, StudyError> {
+    let compared = road.compare(solvers).map_err(work)?;
+    let mut rows = Vec::new();
+    let Compared { comparison, failures, unable, .. } = compared;
+    for other in &comparison.others {
+        let name = other.side.solver.clone();
+        let twin = other.twin.as_ref().and_then(|twin| twin.trajectory.worst);
+        let from_twin = twin.map_or(f64::NAN, |worst| worst.largest);
+        let ours = other.against_ours.worst.map_or(f64::NAN, |worst| worst.largest);
+        let key = solvers.iter().find(|solver| solver.name() == name).map_or("", |s| s.key());
+        rows.push(judged(case, key, name, from_twin, ours, other.side.cost.cpu_seconds));
+    }
+    rows.extend(failures.into_iter().map(failed));
+    rows.extend(unable.into_iter().map(|why| cannot(&why)));
+    Ok(rows)
+}
+
+/// Segments that all start from riprap's states.
+fn lock_step(
+    road: &mut Road,
+    case: &Case,
+    solvers: &[&'static dyn Solver],
+) -> Result<Vec<Row>, StudyError> {
+    let (every, length) = case.lock_step.unwrap_or((1, 1));
+    let found = match road.lock_step(solvers, every, length) {
+        Ok(found) => found,
+        Err(RoadError::Cancelled) => return Err(StudyError::Cancelled),
+        Err(error) => return Ok(vec![failed(format!("riprap: {error}"))]),
+    };
+    let mut rows = Vec::new();
+    for solver in solvers {
+        let Some([twin, ours]) = found.worst(solver.key()) else { continue };
+        let own = found.segments.iter().filter(|segment| segment.solver == solver.key());
+        let cpu = own.map(|segment| segment.cpu_seconds).sum();
+        rows.push(judged(case, solver.key(), solver.name().into(), twin, ours, cpu));
+    }
+    for failure in found.failures {
+        let refused = failure.contains(" cannot run this scene");
+        rows.push(if refused { cannot(&failure) } else { failed(failure) });
+    }
+    Ok(rows)
+}
+
+fn judged(case: &Case, key: &str, solver: String, from_twin: f64, from_ours: f64, cpu: f64) -> Row {
+    let agrees = from_twin <= case.tolerance;
+    let known = case.known.iter().find(|(of, _)| *of == key);
+    let verdict = match (agrees, known) {
+        (true, _) => "agrees".to_owned(),
+        (false, Some((_, why))) => format!("differs, known: {why}"),
+        (false, None) => "DIFFERS".to_owned(),
+    };
+    Row { solver, from_twin, from_ours, cpu, verdict, fails: !agrees && known.is_none() }
+}
+
+fn failed(message: String) -> Row {
+    let (solver, what) = message.split_once(": ").unwrap_or(("", &message));
+    let what = what.lines().next().unwrap_or_default();
+    Row {
+        solver: solver.to_owned(),
+        from_twin: f64::NAN,
+        from_ours: f64::NAN,
+        cpu: f64::NAN,
+        verdict: format!("FAILED: {what}"),
+        fails: true,
+    }
+}
+
+fn cannot(message: &str) -> Row {
+    let (solver, why) = message.split_once(" cannot run this scene: ").unwrap_or(("", message));
+    Row {
+        solver: solver.to_owned(),
+        from_twin: f64::NAN,
+        from_ours: f64::NAN,
+        cpu: f64::NAN,
+        verdict: format!("refused: {why}"),
+        fails: false,
+    }
+}
+
+/// Solvers that take MPI ranks: two ranks against one, over the first steps of the case.
+fn on_two_ranks(
+    road: &mut Road,
+    case: &Case,
+    solvers: &[&'static dyn Solver],
+) -> Result<Vec<Row>, StudyError> {
+    let (_, built) = road.built().map_err(work)?;
+    let mut model = built.model;
+    model.plan.steps = case.lock_step.map_or(model.plan.steps, |(every, _)| every);
+    model.plan.frame_every = model.plan.steps;
+    let radius = model.spheres.iter().map(|s| s.radius).fold(f64::INFINITY, f64::min);
+    let mut rows = Vec::new();
+    for solver in solvers.iter().filter(|solver| solver.takes_ranks()) {
+        let mut ends = Vec::new();
+        let mut cpu = 0.0;
+        for ranks in [1, 2] {
+            let options = DeckOptions { ranks, ..DeckOptions::default() };
+            let done = road
+                .export(*solver, &model, &options)
+                .and_then(|deck| Ok(solver.run(&model, &deck, &road.job)?));
+            match done {
+                Ok(run) => {
+                    cpu += run.cost.cpu_seconds;
+                    ends.extend(run.frames.into_iter().last());
+                }
+                Err(error) => rows.push(failed(format!("{}: {error}", solver.name()))),
+            }
+        }
+        let [one, two] = ends.as_slice() else { continue };
+        let far = one.centres.iter().zip(&two.centres).map(|(a, b)| (a - b).norm() / radius);
+        let far = far.fold(0.0, f64::max);
+        let name = format!("{}, 2 ranks against 1", solver.name());
+        rows.push(judged(case, solver.key(), name, far, f64::NAN, cpu));
+    }
+    Ok(rows)
+}
