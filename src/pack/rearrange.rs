@@ -4,7 +4,8 @@
 //! Source: Sajjadi & Khalili 2015 (RRAP and other rearrangements of random Apollonian packing); turning:
 //! Delaney, Hutzler & Aste 2008. Each costs one more test of fit, so what it
 //! brings is to be held against as many more tries: the outcome says how many grains and which share of the volume
-//! found their place by each, and how many tests were made in all.
+//! found their place by each, and how many tests were made in all. Measured (validation/61-digital): at the same
+//! number of tests plain draws place more.
 
 use crate::num::Fault;
 use schemars::JsonSchema;
