@@ -192,7 +192,7 @@ impl Script {
         let steps = model.plan.steps;
         let every = model.plan.frame_every.max(1);
         let mut dumps = vec![Dump { id: "frames", every, file: "spheres.dump" }];
-        if steps % every != 0 {
+        if !steps.is_multiple_of(every) {
             dumps.push(Dump { id: "last", every: steps, file: "last.dump" });
         }
         let kinds = model.materials.len() as u16;
