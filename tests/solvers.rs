@@ -1,8 +1,9 @@
 //! Decks run in the real solvers and held against closed forms and each other.
 //! A solver that is not installed is skipped, and the test says so.
 
+use riprap::clump;
 use riprap::dem;
-use riprap::geometry::{Bounds, Cell, Mesh};
+use riprap::geometry::{Bounds, Cell, Container, Mesh};
 use riprap::model::extra::{Bridge, Cohesion, PairForces, Rolling};
 use riprap::model::{
     Body, BodyState, Contact, ContactTable, Dimension, Extra, Lost, Material, Model, Motion,
@@ -10,6 +11,7 @@ use riprap::model::{
 };
 use riprap::num::units::{EnergyDensity, SurfaceTension, Volume};
 use riprap::num::{Job, Mat3, Rotation, Vec3};
+use riprap::pack::{Grain, Method, contacts_of, pack};
 use riprap::solver::{self, DeckOptions, LimitKind, Solver};
 
 const CONTACT: Contact = Contact { kn: 1e4, kt: 5e3, cn: 0.3, ct: 0.0, friction: 0.4 };
@@ -816,6 +818,59 @@ fn a_servo_lid_on_a_heap_agrees_with_our_own() {
         assert!(load < 0.1, "the heap carries the lid: {load} N are left");
         let Some(worst) = twin_differences(yade, &model) else { return };
         assert!(worst.iter().all(|worst| *worst < 1e-8), "{mesh}: {worst:?}");
+    }
+}
+
+/// What each packing method has placed loads in both solvers at the places and with the overlaps
+/// that riprap reported: step 0 of their dumps.
+#[test]
+fn packings_load_with_the_overlaps_that_were_reported() {
+    let container: Container =
+        toml::from_str("box = { size = [0.02, 0.02, 0.02] }").expect("a box");
+    let region = container.region(3, None).expect("a region");
+    let clumps: Vec<_> = (0..150)
+        .map(|i| clump::sphere("ball", 1e-3 * (1.0 + 0.2 * f64::from(i % 5) / 4.0)))
+        .collect();
+    let grains: Vec<Grain> =
+        clumps.iter().map(|clump| Grain { clump, solid: None, family: 0 }).collect();
+    for text in [
+        "random = {}",
+        "array = {}",
+        "apollonian = { smallest = 1e-3 }",
+        "random_apollonian = { smallest = 5e-4 }",
+        "simultaneous_growth = { births = { steady = 10 } }",
+        "packing_limited_growth = {}",
+        "drop_and_roll = {}",
+        "radius_expansion = { porosity = 0.5 }",
+        "explosive_repulsion = { porosity = 0.5 }",
+        "moving_boundary = { porosity = 0.5 }",
+        "force_biased = { porosity = 0.5, rate = 1e-3 }",
+    ] {
+        let method: Method = toml::from_str(text).expect("a method");
+        let packing = pack(&grains, &["ball"], &region, &method, 1, &Job::quiet()).expect(text);
+        assert!(packing.placements.len() > 20, "{text}: {}", packing.outcome);
+        let mut model = model(Dimension::Three, CONTACT);
+        model.domain = Bounds { low: Vec3::repeat(-0.01), high: Vec3::repeat(0.03) };
+        for laid in &packing.placements {
+            let radius = clumps[laid.grain as usize].balls[0].radius * laid.scale;
+            let (index, first) = (model.bodies.len() as u32, model.spheres.len() as u32);
+            let body = Body::sphere(model.dimension, laid.position, radius, 2500.0, 0, first);
+            model.bodies.push(body);
+            model.spheres.push(Sphere { offset: Vec3::zeros(), radius, body: index });
+        }
+        (model.plan.step, model.plan.steps, model.plan.frame_every) = (1e-9, 1, 1);
+        let radii: Vec<f64> = model.spheres.iter().map(|sphere| sphere.radius).collect();
+        let body: Vec<u32> = (0..radii.len() as u32).collect();
+        for solver in solver::all() {
+            let Some(run) = finished(solver, &model) else { continue };
+            let centres = &run.frames[0].centres;
+            for (centre, laid) in centres.iter().zip(&packing.placements) {
+                assert!((centre - laid.position).norm() < 1e-15, "{text}: {}", solver.key());
+            }
+            let found = contacts_of(centres, &radii, &body, 0.0, None);
+            let (told, worst) = (packing.measures.worst_overlap, found.worst_overlap);
+            assert!((told - worst).abs() < 1e-10, "{text}: {}: {worst} for {told}", solver.key());
+        }
     }
 }
 

@@ -30,7 +30,7 @@
 //! begins slipping is taken to end its step with twice the spring of its middle.
 //! Symbols as in [`super::law`]. O(1); cannot fail.
 
-use super::law::{BookView, Cut, Reply, Rule, Tally, cut, rescale};
+use super::law::{self, BookView, Parameters, Reply, Rule, Tally};
 use crate::model::{Contact, Coulomb};
 use crate::num::Vec3;
 
@@ -77,6 +77,24 @@ fn pushing(mean: f64, lean: f64) -> f64 {
     } else {
         high * high / (4.0 * lean)
     }
+}
+
+/// What the Coulomb limit leaves.
+struct Cut {
+    /// Spring, m.
+    spring: Vec3,
+    /// The dashpot's part of the force, N.
+    dash: Vec3,
+    /// Whole force against the motion, N.
+    force: Vec3,
+    /// Whether anything was cut.
+    slips: bool,
+}
+
+/// See [`law::rescale`].
+#[inline(always)]
+fn rescaled(spring: &Vec3, normal: &Vec3) -> Vec3 {
+    law::rescale::<f64>((*spring).into(), (*normal).into()).into()
 }
 
 /// Mean force over the step in which entry `k` meets; advances it. `across` gives
@@ -127,7 +145,7 @@ pub fn respond<const FRICTION: bool, const DAMPING: bool>(
             let start = if DAMPING { begin(pair, &early, first) } else { Vec3::zeros() };
             (Vec3::zeros(), start)
         } else {
-            let carried = rescale(&book.spring[k], &normal);
+            let carried = rescaled(&book.spring[k], &normal);
             let back = if DAMPING && pair.ct > 0.0 {
                 normal * book.pull[k].dot(&normal) - book.pull[k]
             } else {
@@ -205,7 +223,10 @@ fn turn_back(pair: &Contact, trial: Vec3, slide: Vec3, limit: f64, back: &Vec3) 
     }
     let (ahead, length) = (total.dot(back), back.norm());
     if !(ahead > 0.0 && length > 0.0 && pair.kt > 0.0) {
-        return cut(Coulomb::Sum, pair, trial, slide, limit);
+        let (pair, trial, slide) = (Parameters::of(pair), trial.into(), slide.into());
+        let law::Cut { spring, dash, force, slips } =
+            law::cut(Coulomb::Sum, &pair, trial, slide, limit, true);
+        return Cut { spring: spring.into(), dash: dash.into(), force: force.into(), slips };
     }
     let way = 0.5 * (square - limit * limit) / (limit + ahead / length);
     let raw = total - back * (way / length);
@@ -246,7 +267,7 @@ fn release<const FRICTION: bool>(
     tally: &mut Tally,
 ) {
     if FRICTION {
-        let spring = rescale(&book.spring[k], &meeting.normal) + way;
+        let spring = rescaled(&book.spring[k], &meeting.normal) + way;
         tally.slip += 0.5 * pair.kt * spring.norm_squared();
     }
     book.clear(k);

@@ -8,8 +8,8 @@
 //! write it to a buffer first (72 bytes a listed pair) and sum a sphere at a time.
 //! O(candidates); cannot fail.
 
-use super::averaged_pass::{on_faces, on_planes, pair};
-use super::forces::{Field, Push};
+use super::averaged_pass::{Push, on_faces, on_planes, pair};
+use super::forces::Field;
 use super::law::{BookView, Tally};
 use super::state::{List, Load};
 use crate::num::Vec3;

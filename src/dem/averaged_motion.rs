@@ -16,7 +16,7 @@ pub fn first_half(setting: &Setting<'_>, state: &mut State) -> bool {
     let half = 0.5 * setting.step;
     let span = (state.step - state.built_at) as f64 + 0.5;
     let travel = setting.wall_travel(0.0, span * setting.step);
-    let room = (0.5 * setting.skin).min(setting.skin + state.sweep - travel) + state.sweep;
+    let room = (0.5 * state.skin).min(state.skin + state.sweep - travel) + state.sweep;
     let square = room * room;
     // Contacts are looked for along the whole step, so both of its ends count.
     let near = |way: &crate::num::Vec3| way.norm_squared() <= square;

@@ -10,7 +10,7 @@
 //! rest are. O(candidates); cannot fail.
 
 use super::averaged::{Meeting, respond, window};
-use super::forces::{Field, Push};
+use super::forces::Field;
 use super::law::{BookView, Reply, Tally};
 use super::setting::Setting;
 use super::state::{Ball, Load, State};
@@ -19,6 +19,17 @@ use super::walls::{Hit, hand_over};
 use crate::model::Motion;
 use crate::num::Vec3;
 use nalgebra::Matrix3;
+
+/// Force of a pair on its first sphere.
+#[derive(Debug, Clone, Copy)]
+pub struct Push {
+    /// The force, N.
+    pub force: Vec3,
+    /// Normal × tangential force; times the arm it is the torque taken from each sphere.
+    pub couple: Vec3,
+    /// Arms of both spheres, m.
+    pub arms: [f64; 2],
+}
 
 /// What the dashpots need to know of a ball: one cache line.
 #[derive(Debug, Clone, Copy)]

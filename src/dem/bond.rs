@@ -244,12 +244,8 @@ impl<'a> Pair<'a> {
     }
 
     fn approach(&self) -> Approach {
-        Approach {
-            normal: self.normal,
-            overlap: self.overlap - self.joint.overlap.max(0.0),
-            velocity: self.velocity,
-            spins: self.spins[0] + self.spins[1],
-        }
+        let overlap = self.overlap - self.joint.overlap.max(0.0);
+        Approach::new(self.normal, overlap, self.velocity, self.spins[0] + self.spins[1])
     }
 
     fn pose(&self, turns: &[Rotation]) -> Pose {
@@ -345,7 +341,8 @@ fn intact(setting: &Setting<'_>, state: &mut State, bonds: &mut Bonds, index: us
     let pose = pair.pose(&bonds.turns);
     let mut action = if setting.scheme == Scheme::Yade {
         let approach = pair.approach();
-        let carried = law::carry::<TurnedSpring>(rule, &approach, &bonds.book.record(index));
+        let old = bonds.book.view().recall::<TurnedSpring>(index);
+        let carried = Vec3::from(law::carry::<f64, TurnedSpring>(rule, &approach, &old));
         let across = pair.velocity - pair.normal * pair.velocity.dot(&pair.normal);
         let slip = carried + across * rule.advance;
         bonds.book.spring[index] = slip;

@@ -1,121 +1,172 @@
-//! Contacts between the spheres of one block, in three sweeps over a few dozen pairs at a
-//! time: what the law needs of both spheres is gathered into lines of four numbers; the
-//! law is answered for all pairs in one loop without branches, which the compiler turns
-//! into vector code; forces are added to the spheres.
+//! Contacts between the spheres of one block, several pairs side by side, in three sweeps over a
+//! few dozen pairs at a time.
 //!
-//! The middle loop is compiled a second time for processors with AVX2 and chosen when the
-//! program runs. Neither version contracts or reorders sums, so both give the same bytes.
-//! Pairs that are apart go through the law like the others and get no force: few listed
-//! pairs are. O(listed pairs); cannot fail.
+//! A sphere is one line of the cache. First the lines of both spheres of each pair are read whole and
+//! their differences turned in registers, so that each quantity of all pairs stands side by
+//! side; then the law answers (see [`super::law`]); then forces are turned back into lines and added
+//! to both spheres in the order of the list. Pairs that are apart go through the law
+//! like the others and get no force: few listed pairs are.
+//!
+//! The same functions are compiled for eight pairs (AVX-512), four (AVX2) and four on any processor,
+//! and chosen when the program runs. The first and last sweep do not know the
+//! law, the second not the sizes: few versions of each are needed. Pairs are taken in groups of eight, with one sum of each
+//! energy for each place in the group: all versions give the same bytes.
+//! O(listed pairs); cannot fail.
 
 use super::forces::Field;
-use super::law::{Approach, BookView, Kind, Record, Response, Rule, Tally, respond};
+#[cfg(target_arch = "x86_64")]
+use super::lanes::{Eight, Four};
+use super::lanes::{Lanes, Line, Plain, Triple, Wide};
+use super::law::{Approach, BookView, Kind, Parameters, Past, Response, Tally, respond, softness};
 use super::state::Load;
-use crate::model::{Contact, History};
+use crate::model::History;
 use crate::num::Vec3;
-use std::ops::Range;
+use std::array::from_fn;
 
-/// Pairs a sweep: what they need and give stays in the innermost cache.
-const SWEEP: usize = 128;
+/// Pairs that are taken together, on every processor.
+const GROUP: usize = 8;
 
-/// Four numbers that are read and written together.
-type Line = [f64; 4];
+const ZEROS: Line = Line([0.0; 8]);
+/// What the second sphere gets of the first one's force and torque where all are alike.
+const AGAINST: Line = Line([-1.0, -1.0, -1.0, 0.0, 1.0, 1.0, 1.0, 0.0]);
 
-/// Force [N] and torque [N m]; the fourth numbers mean nothing.
-pub type Pull = [Line; 2];
+/// Eight answers for each set of bits.
+const ANSWERS: [[bool; GROUP]; 256] = {
+    let mut table = [[false; GROUP]; 256];
+    let mut bits = 0;
+    while bits < 256 {
+        let mut lane = 0;
+        while lane < GROUP {
+            table[bits][lane] = bits >> lane & 1 == 1;
+            lane += 1;
+        }
+        bits += 1;
+    }
+    table
+};
 
-/// Arrays of one sweep, and sums over the block.
+/// Pairs a sweep: what the sweeps hand each other stays in the innermost cache. A multiple of
+/// [`GROUP`].
+const SWEEP: usize = 64;
+
+/// One quantity of all pairs of a sweep.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+struct Column([f64; SWEEP]);
+
+/// What the sweeps over the same pairs hand each other, and the lines of the block.
 #[derive(Debug)]
 pub struct Scratch {
-    /// Centre to centre, m.
-    between: Vec<Line>,
-    /// Fourth first: relative velocity, m/s.
-    moving: Vec<Line>,
-    /// Angular velocity of the first, rad/s, and its radius, m; sum of both angular
-    /// velocities where all spheres are alike.
-    mine: Vec<Line>,
-    /// Angular velocity of the second, rad/s, and its radius, m.
-    theirs: Vec<Line>,
-    /// Parameters.
-    laws: Vec<Contact>,
-    /// Force on the first, N; its arm, m.
-    force: Vec<Line>,
-    /// Normal × tangential force, N; arm of the second, m. Where all spheres are alike the
-    /// torque taken from each, N m.
-    couple: Vec<Line>,
-    /// Energies taken, J.
-    taken: Vec<Line>,
-    /// On each sphere of the block.
-    pulls: Vec<Pull>,
+    /// Unit normal towards the first sphere.
+    unit: Triple<Column>,
+    /// Velocity of the first contact point relative to the other, m/s.
+    velocity: Triple<Column>,
+    /// Sum of both angular velocities, rad/s; where springs turn with it only.
+    spins: Triple<Column>,
+    /// Overlap, m.
+    overlap: Column,
+    /// Lever arms, m.
+    arms: [Column; 2],
+    /// Which pairs touch, a bit each.
+    touches: [u8; SWEEP],
+    /// Force on the first sphere, N.
+    push: Triple<Column>,
+    /// Normal × tangential force, N.
+    couple: Triple<Column>,
+    /// Energies taken, J, one sum for each place in a group.
+    sums: [[f64; GROUP]; 3],
+    /// Force and torque on each sphere of the block, then on strangers.
+    pulls: Vec<Line>,
 }
-
-const NO_LAW: Contact = Contact { kn: 0.0, kt: 0.0, cn: 0.0, ct: 0.0, friction: 0.0 };
 
 impl Default for Scratch {
     fn default() -> Self {
-        let lines = || vec![[0.0; 4]; SWEEP];
+        let column = || Column([0.0; SWEEP]);
+        let triple = || Triple { x: column(), y: column(), z: column() };
         Self {
-            between: lines(),
-            moving: lines(),
-            mine: lines(),
-            theirs: lines(),
-            laws: vec![NO_LAW; SWEEP],
-            force: lines(),
-            couple: lines(),
-            taken: lines(),
+            unit: triple(),
+            velocity: triple(),
+            spins: triple(),
+            overlap: column(),
+            arms: [column(), column()],
+            touches: [0; SWEEP],
+            push: triple(),
+            couple: triple(),
+            sums: [[0.0; GROUP]; 3],
             pulls: Vec::new(),
         }
     }
 }
 
 impl Scratch {
-    /// In a periodic box: ways between spheres become those to the nearest images.
-    #[inline(always)]
-    fn nearest(&mut self, field: &Field<'_>, count: usize) {
-        if field.setting.needs.periodic {
-            for [x, y, z, _] in &mut self.between[..count] {
-                let way = field.setting.way(Vec3::new(*x, *y, *z));
-                (*x, *y, *z) = (way.x, way.y, way.z);
-            }
-        }
-    }
-
     /// Bytes that it takes.
     #[cfg(test)]
     pub fn bytes(&self) -> usize {
-        SWEEP * (7 * size_of::<Line>() + size_of::<Contact>()) + self.pulls.capacity() * 64
+        size_of::<Self>() + self.pulls.capacity() * size_of::<Line>()
     }
 }
 
-/// Both spheres of each pair of the block, in the order of the list.
-pub type Pairs<'a> = (&'a [u32], &'a [u32]);
+impl Column {
+    #[inline(always)]
+    fn get<const W: usize, L: Wide<W>>(&self, at: usize) -> L {
+        L::load(chunk(&self.0, at))
+    }
 
-/// What the law of all pairs of a pass has in common.
+    #[inline(always)]
+    fn set<const W: usize, L: Wide<W>>(&mut self, at: usize, value: L) {
+        value.store(chunk_mut(&mut self.0, at));
+    }
+}
+
+impl Triple<Column> {
+    #[inline(always)]
+    fn get<const W: usize, L: Wide<W>>(&self, at: usize) -> Triple<L> {
+        Triple { x: self.x.get(at), y: self.y.get(at), z: self.z.get(at) }
+    }
+
+    #[inline(always)]
+    fn set<const W: usize, L: Wide<W>>(&mut self, at: usize, value: Triple<L>) {
+        self.x.set(at, value.x);
+        self.y.set(at, value.y);
+        self.z.set(at, value.z);
+    }
+}
+
+/// The pairs of a block in the order of the list.
 #[derive(Debug, Clone, Copy)]
-struct Common {
-    rule: Rule,
-    /// Parameters and radius, if all spheres are alike.
-    law: Contact,
-    radius: f64,
-    /// Part of the overlap taken from the radius to give the lever arm.
-    share: f64,
-    /// Whether spheres at overlap 0 touch.
-    kiss: bool,
+pub struct Pairs<'a> {
+    /// Slots of the first spheres.
+    pub first: &'a [u32],
+    /// Slots of the second.
+    pub second: &'a [u32],
+    /// Places of the second in the block: its spheres, then strangers.
+    pub seats: &'a [u32],
+}
+
+impl<'a> Pairs<'a> {
+    #[inline(always)]
+    fn slice(self, from: usize, to: usize) -> Self {
+        Self {
+            first: &self.first[from..to],
+            second: &self.second[from..to],
+            seats: &self.seats[from..to],
+        }
+    }
 }
 
 /// Part of the results that belongs to one block.
 pub struct Part<'a> {
     /// First sphere.
     pub first: usize,
-    /// Their loads: those of pairs within the block.
+    /// Their loads.
     pub loads: &'a mut [Load],
     /// Entries of the book that belong to its pairs.
     pub book: BookView<'a>,
-    /// Pulls on spheres of later blocks, in the order of the list.
-    pub outbox: &'a mut Vec<Pull>,
+    /// Loads on spheres of later blocks that its pairs reach, in the order of their seats.
+    pub strangers: &'a mut [Load],
 }
 
-/// Answers all pairs whose first sphere is in the block: sets its loads, fills its outbox.
+/// Answers all pairs whose first sphere is in the block: sets its loads and those of strangers.
 pub fn block<K: Kind>(
     field: &Field<'_>,
     pairs: Pairs<'_>,
@@ -123,279 +174,544 @@ pub fn block<K: Kind>(
     scratch: &mut Scratch,
 ) -> Tally {
     #[cfg(target_arch = "x86_64")]
-    if is_x86_feature_detected!("avx2") {
-        // SAFETY: the processor has AVX2, which is all that the function asks for.
-        return unsafe { block_avx2::<K>(field, pairs, part, scratch) };
-    }
-    block_anywhere::<K, false>(field, pairs, part, scratch)
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn block_avx2<K: Kind>(
-    field: &Field<'_>,
-    pairs: Pairs<'_>,
-    part: &mut Part<'_>,
-    scratch: &mut Scratch,
-) -> Tally {
-    block_anywhere::<K, true>(field, pairs, part, scratch)
-}
-
-#[inline(always)]
-fn block_anywhere<K: Kind, const AVX2: bool>(
-    field: &Field<'_>,
-    pairs: Pairs<'_>,
-    part: &mut Part<'_>,
-    scratch: &mut Scratch,
-) -> Tally {
-    let (law, radius) = field.setting.alike.unwrap_or((NO_LAW, 0.0));
-    let common =
-        Common { rule: *field.rule, law, radius, share: field.setting.share, kiss: field.yade };
-    part.outbox.clear();
-    scratch.pulls.clear();
-    scratch.pulls.resize(part.loads.len(), [[0.0; 4]; 2]);
-    let mut sums = [0.0; 4];
-    let mut begin = 0;
-    for (first, second) in pairs.0.chunks(SWEEP).zip(pairs.1.chunks(SWEEP)) {
-        let count = first.len();
-        let entries = begin..begin + count;
-        begin += count;
-        if field.setting.alike.is_some() {
-            gather::<K, false>(field, (first, second), scratch);
-            scratch.nearest(field, count);
-            answer::<K, false, AVX2>(&common, scratch, &mut part.book, entries);
-            scatter::<K, false>((first, second), part, scratch);
-        } else {
-            gather::<K, true>(field, (first, second), scratch);
-            scratch.nearest(field, count);
-            answer::<K, true, AVX2>(&common, scratch, &mut part.book, entries);
-            scatter::<K, true>((first, second), part, scratch);
+    {
+        if Eight::is_here() {
+            return all::<Eight, K>(field, pairs, part, scratch);
         }
-        for line in &scratch.taken[..count] {
-            for (sum, taken) in sums.iter_mut().zip(line) {
-                *sum += taken;
-            }
+        if Four::is_here() {
+            return all::<Four, K>(field, pairs, part, scratch);
         }
     }
-    for (load, [force, torque]) in part.loads.iter_mut().zip(&scratch.pulls) {
-        load.force = Vec3::new(force[0], force[1], force[2]);
-        load.torque = Vec3::new(torque[0], torque[1], torque[2]);
-    }
-    Tally {
-        normal_dashpot: sums[0],
-        tangential_dashpot: sums[1],
-        slip: sums[2],
-        ..Tally::default()
-    }
+    all::<Plain, K>(field, pairs, part, scratch)
 }
 
-/// Brings what the law needs of both spheres side by side.
-#[inline(always)]
-fn gather<K: Kind, const MIXED: bool>(
-    field: &Field<'_>,
-    (first, second): Pairs<'_>,
-    scratch: &mut Scratch,
-) {
-    let (balls, spins) = (field.balls, field.spins);
-    let lines = scratch.between.iter_mut().zip(&mut scratch.moving);
-    for ((i, j), (between, moving)) in first.iter().zip(second).zip(lines) {
-        let (me, them) = (&balls[*i as usize], &balls[*j as usize]);
-        // Four numbers that stand side by side in memory: the fourth is not used.
-        *between = [
-            me.place.x - them.place.x,
-            me.place.y - them.place.y,
-            me.place.z - them.place.z,
-            me.radius - them.radius,
-        ];
-        *moving = [
-            me.radius - them.radius,
-            me.velocity.x - them.velocity.x,
-            me.velocity.y - them.velocity.y,
-            me.velocity.z - them.velocity.z,
-        ];
-    }
-    if MIXED {
-        let lines = scratch.mine.iter_mut().zip(&mut scratch.theirs).zip(&mut scratch.laws);
-        for ((i, j), ((mine, theirs), law)) in first.iter().zip(second).zip(lines) {
-            let (me, them) = (&balls[*i as usize], &balls[*j as usize]);
-            (mine[3], theirs[3]) = (me.radius, them.radius);
-            if K::FRICTION {
-                let (spin, away) = (&spins[*i as usize], &spins[*j as usize]);
-                *mine = [spin.x, spin.y, spin.z, me.radius];
-                *theirs = [away.x, away.y, away.z, them.radius];
-            }
-            *law = *field.setting.pair(me.material, them.material);
-        }
-    } else if K::FRICTION {
-        for ((i, j), mine) in first.iter().zip(second).zip(&mut scratch.mine) {
-            let (spin, away) = (&spins[*i as usize], &spins[*j as usize]);
-            *mine = [spin.x + away.x, spin.y + away.y, spin.z + away.z, 0.0];
-        }
-    }
-}
-
-/// `a + b s`.
-#[inline(always)]
-fn sum(a: &Line, b: &Line, s: f64) -> Line {
-    [a[0] + b[0] * s, a[1] + b[1] * s, a[2] + b[2] * s, a[3] + b[3] * s]
-}
-
-/// Adds the forces of a sweep to the spheres, in the order of the list.
-#[inline(always)]
-fn scatter<K: Kind, const MIXED: bool>(
-    (first, second): Pairs<'_>,
-    part: &mut Part<'_>,
-    scratch: &mut Scratch,
-) {
-    let Scratch { force, couple, pulls, .. } = scratch;
-    let lines = force.iter().zip(&*couple);
-    for ((i, j), (force, couple)) in first.iter().zip(second).zip(lines) {
-        let (arm, reach) = if MIXED { (force[3], couple[3]) } else { (1.0, 1.0) };
-        let [push, turn] = &mut pulls[*i as usize - part.first];
-        *push = sum(push, force, 1.0);
-        if K::FRICTION {
-            *turn = sum(turn, couple, -arm);
-        }
-        if let Some([away, spin]) = pulls.get_mut(*j as usize - part.first) {
-            *away = sum(away, force, -1.0);
-            if K::FRICTION {
-                *spin = sum(spin, couple, -reach);
-            }
-        } else {
-            let spin = if K::FRICTION { couple.map(|c| -c * reach) } else { [0.0; 4] };
-            part.outbox.push([force.map(|f| -f), spin]);
-        }
-    }
-}
-
-/// Chooses the version of [`law_loop`] that this processor runs.
-#[inline(always)]
-fn answer<K: Kind, const MIXED: bool, const AVX2: bool>(
-    common: &Common,
-    scratch: &mut Scratch,
-    book: &mut BookView<'_>,
-    entries: Range<usize>,
-) {
-    let count = entries.len();
-    let of = |kept: bool| if kept { entries.clone() } else { 0..0 };
-    let (a, b) = (&scratch.between[..count], &scratch.moving[..count]);
-    let (c, d) = (&scratch.mine[..count], &scratch.theirs[..count]);
-    let (e, f) = (&scratch.laws[..count], &mut book.touching[entries.clone()]);
-    let (g, h) = (&mut book.spring[of(K::FRICTION)], &mut book.lag[of(K::DAMPING)]);
-    let i = &mut book.normal[of(K::FRICTION && K::HISTORY == History::Rotated)];
-    let (j, k) = (&mut scratch.force[..count], &mut scratch.couple[..count]);
-    let l = &mut scratch.taken[..count];
-    #[cfg(target_arch = "x86_64")]
-    if AVX2 {
-        // SAFETY: only `block_avx2` asks for this version.
-        unsafe { law_loop_avx2::<K, MIXED>(common, a, b, c, d, e, f, g, h, i, j, k, l) };
-        return;
-    }
-    law_loop::<K, MIXED>(common, a, b, c, d, e, f, g, h, i, j, k, l);
-}
-
-/// [`law_loop`] for processors with AVX2.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-#[inline(never)]
-#[allow(clippy::too_many_arguments)] // separate slices: only so does the compiler know that they do not overlap
-fn law_loop_avx2<K: Kind, const MIXED: bool>(
-    common: &Common,
-    between: &[Line],
-    moving: &[Line],
-    mine: &[Line],
-    theirs: &[Line],
-    laws: &[Contact],
-    touching: &mut [bool],
-    spring: &mut [Vec3],
-    lag: &mut [[f64; 2]],
-    normal: &mut [Vec3],
-    force: &mut [Line],
-    couple: &mut [Line],
-    taken: &mut [Line],
-) {
-    law_loop::<K, MIXED>(
-        common, between, moving, mine, theirs, laws, touching, spring, lag, normal, force, couple,
-        taken,
+/// The sweeps, compiled for the processors that have the lanes. `SPINS`: 0 without friction, 1
+/// with it, 2 with springs that turn with the contact.
+trait Version {
+    /// Whether this processor has them.
+    fn is_here() -> bool;
+    /// See [`approach`].
+    fn approach<const SPINS: u8, const MIXED: bool>(
+        field: &Field<'_>,
+        pairs: Pairs<'_>,
+        span: (usize, usize),
+        scratch: &mut Scratch,
+    );
+    /// See [`answer`].
+    fn answer<K: Kind>(
+        field: &Field<'_>,
+        pairs: Pairs<'_>,
+        book: (&mut BookView<'_>, usize),
+        scratch: &mut Scratch,
+    );
+    /// See [`deliver`].
+    fn deliver<const SPINS: u8, const MIXED: bool>(
+        pairs: Pairs<'_>,
+        first: usize,
+        scratch: &mut Scratch,
     );
 }
 
-/// The law for every pair of a sweep.
-#[inline(always)]
-#[allow(clippy::too_many_arguments)] // see `law_loop_avx2`
-fn law_loop<K: Kind, const MIXED: bool>(
-    common: &Common,
-    between: &[Line],
-    moving: &[Line],
-    mine: &[Line],
-    theirs: &[Line],
-    laws: &[Contact],
-    touching: &mut [bool],
-    spring: &mut [Vec3],
-    lag: &mut [[f64; 2]],
-    normal: &mut [Vec3],
-    force: &mut [Line],
-    couple: &mut [Line],
-    taken: &mut [Line],
+/// A version; its functions panic on processors without `$features`.
+macro_rules! version {
+    ($lanes:ident, $wide:literal, $($feature:tt)*) => {
+        impl Version for $lanes {
+            fn is_here() -> bool {
+                true $(&& is_x86_feature_detected!($feature))*
+            }
+
+            fn approach<const SPINS: u8, const MIXED: bool>(
+                field: &Field<'_>,
+                pairs: Pairs<'_>,
+                span: (usize, usize),
+                scratch: &mut Scratch,
+            ) {
+                $(#[target_feature(enable = $feature)])*
+                fn inner<const SPINS: u8, const MIXED: bool>(
+                    field: &Field<'_>,
+                    pairs: Pairs<'_>,
+                    span: (usize, usize),
+                    scratch: &mut Scratch,
+                ) {
+                    approach::<$wide, $lanes, SPINS, MIXED>(field, pairs, span, scratch);
+                }
+                assert!(Self::is_here());
+                // SAFETY: the processor has what the function asks for.
+                #[allow(unused_unsafe)] // nothing is asked for where all processors will do
+                unsafe { inner::<SPINS, MIXED>(field, pairs, span, scratch) }
+            }
+
+            fn answer<K: Kind>(
+                field: &Field<'_>,
+                pairs: Pairs<'_>,
+                book: (&mut BookView<'_>, usize),
+                scratch: &mut Scratch,
+            ) {
+                $(#[target_feature(enable = $feature)])*
+                fn inner<K: Kind>(
+                    field: &Field<'_>,
+                    pairs: Pairs<'_>,
+                    book: (&mut BookView<'_>, usize),
+                    scratch: &mut Scratch,
+                ) {
+                    answer::<$wide, $lanes, K>(field, pairs, book, scratch);
+                }
+                assert!(Self::is_here());
+                // SAFETY: the processor has what the function asks for.
+                #[allow(unused_unsafe)] // see above
+                unsafe { inner::<K>(field, pairs, book, scratch) }
+            }
+
+            fn deliver<const SPINS: u8, const MIXED: bool>(
+                pairs: Pairs<'_>,
+                first: usize,
+                scratch: &mut Scratch,
+            ) {
+                $(#[target_feature(enable = $feature)])*
+                fn inner<const SPINS: u8, const MIXED: bool>(
+                    pairs: Pairs<'_>,
+                    first: usize,
+                    scratch: &mut Scratch,
+                ) {
+                    deliver::<$wide, $lanes, SPINS, MIXED>(pairs, first, scratch);
+                }
+                assert!(Self::is_here());
+                // SAFETY: the processor has what the function asks for.
+                #[allow(unused_unsafe)] // see above
+                unsafe { inner::<SPINS, MIXED>(pairs, first, scratch) }
+            }
+        }
+    };
+}
+version!(Plain, 4,);
+#[cfg(target_arch = "x86_64")]
+version!(Four, 4, "avx2");
+#[cfg(target_arch = "x86_64")]
+version!(Eight, 8, "avx512f" "avx512dq" "avx512vl");
+
+/// [`block`] with one version.
+fn all<V: Version, K: Kind>(
+    field: &Field<'_>,
+    pairs: Pairs<'_>,
+    part: &mut Part<'_>,
+    scratch: &mut Scratch,
+) -> Tally {
+    scratch.sums = [[0.0; GROUP]; 3];
+    scratch.pulls.clear();
+    scratch.pulls.resize(part.loads.len() + part.strangers.len(), ZEROS);
+    let whole = pairs.first.len() / GROUP * GROUP;
+    for begin in (0..whole).step_by(SWEEP) {
+        let pairs = pairs.slice(begin, (begin + SWEEP).min(whole));
+        let count = pairs.first.len();
+        let book = (&mut part.book, begin);
+        sweep::<V, K>(field, pairs, (count, part.first), book, scratch);
+    }
+    if whole < pairs.first.len() {
+        rest::<V, K>(field, pairs, part, whole, scratch);
+    }
+    let loads = part.loads.iter_mut().chain(part.strangers.iter_mut());
+    for (load, Line([a, b, c, _, d, e, f, _])) in loads.zip(&scratch.pulls) {
+        *load = Load { force: Vec3::new(*a, *b, *c), torque: Vec3::new(*d, *e, *f) };
+    }
+    let [normal_dashpot, tangential_dashpot, slip] = scratch.sums.map(|sums| sums.iter().sum());
+    Tally { normal_dashpot, tangential_dashpot, slip, ..Tally::default() }
+}
+
+/// All three sweeps over the same pairs, see [`approach`].
+fn sweep<V: Version, K: Kind>(
+    field: &Field<'_>,
+    pairs: Pairs<'_>,
+    span: (usize, usize),
+    book: (&mut BookView<'_>, usize),
+    scratch: &mut Scratch,
 ) {
-    let Common { rule, law, radius, share, kiss } = *common;
-    let rotated = K::HISTORY == History::Rotated;
-    let count = between.len();
-    let (moving, mine, theirs) = (&moving[..count], &mine[..count], &theirs[..count]);
-    let (laws, touching) = (&laws[..count], &mut touching[..count]);
-    let spring = if K::FRICTION { &mut spring[..count] } else { spring };
-    let lag = if K::DAMPING { &mut lag[..count] } else { lag };
-    let normal = if K::FRICTION && rotated { &mut normal[..count] } else { normal };
-    let (force, couple, taken) = (&mut force[..count], &mut couple[..count], &mut taken[..count]);
-    for at in 0..count {
-        let ([x, y, z, _], [_, u, v, w]) = (between[at], moving[at]);
-        let [radius, reach] = if MIXED { [mine[at][3], theirs[at][3]] } else { [radius; 2] };
-        let (between, mut velocity) = (Vec3::new(x, y, z), Vec3::new(u, v, w));
-        let square = between.norm_squared();
-        let sum = radius + reach;
-        let touches = if kiss { square <= sum * sum } else { square < sum * sum };
+    let mixed = field.setting.alike.is_none();
+    let turned = K::HISTORY == History::Rotated;
+    match (K::FRICTION, turned, mixed) {
+        (false, _, false) => V::approach::<0, false>(field, pairs, span, scratch),
+        (false, _, true) => V::approach::<0, true>(field, pairs, span, scratch),
+        (true, false, false) => V::approach::<1, false>(field, pairs, span, scratch),
+        (true, false, true) => V::approach::<1, true>(field, pairs, span, scratch),
+        (true, true, false) => V::approach::<2, false>(field, pairs, span, scratch),
+        (true, true, true) => V::approach::<2, true>(field, pairs, span, scratch),
+    }
+    V::answer::<K>(field, pairs, book, scratch);
+    match (K::FRICTION, mixed) {
+        (false, _) => V::deliver::<0, false>(pairs, span.1, scratch),
+        (true, false) => V::deliver::<1, false>(pairs, span.1, scratch),
+        (true, true) => V::deliver::<1, true>(pairs, span.1, scratch),
+    }
+}
+
+/// The last pairs, fewer than a group: the group is filled up with pairs that do not count.
+fn rest<V: Version, K: Kind>(
+    field: &Field<'_>,
+    pairs: Pairs<'_>,
+    part: &mut Part<'_>,
+    from: usize,
+    scratch: &mut Scratch,
+) {
+    let count = pairs.first.len() - from;
+    let filled = |slots: &[u32]| -> [u32; GROUP] { from_fn(|l| slots[from + l.min(count - 1)]) };
+    let (first, second, seats) = (filled(pairs.first), filled(pairs.second), filled(pairs.seats));
+    let pairs = Pairs { first: &first, second: &second, seats: &seats };
+    let mut touching = [false; GROUP];
+    let (mut spring, mut normal) = ([Vec3::zeros(); GROUP], [Vec3::zeros(); GROUP]);
+    let mut lag = [[0.0; 2]; GROUP];
+    let rotated = K::FRICTION && K::HISTORY == History::Rotated;
+    let entries = from..from + count;
+    if K::FRICTION {
+        spring[..count].copy_from_slice(&part.book.spring[entries.clone()]);
+    }
+    if rotated {
+        normal[..count].copy_from_slice(&part.book.normal[entries.clone()]);
+    }
+    if K::DAMPING {
+        lag[..count].copy_from_slice(&part.book.lag[entries.clone()]);
+    }
+    let mut book = BookView {
+        touching: &mut touching,
+        spring: &mut spring,
+        lag: &mut lag,
+        normal: &mut normal,
+        pull: &mut [],
+    };
+    sweep::<V, K>(field, pairs, (count, part.first), (&mut book, 0), scratch);
+    part.book.touching[entries.clone()].copy_from_slice(&touching[..count]);
+    if K::FRICTION {
+        part.book.spring[entries.clone()].copy_from_slice(&spring[..count]);
+    }
+    if rotated {
+        part.book.normal[entries.clone()].copy_from_slice(&normal[..count]);
+    }
+    if K::DAMPING {
+        part.book.lag[entries].copy_from_slice(&lag[..count]);
+    }
+}
+
+/// `W` entries from `at`.
+#[inline(always)]
+fn chunk<const W: usize, T>(values: &[T], at: usize) -> &[T; W] {
+    // Groups lie within the lists: `at + W` is never above the length.
+    values[at..].first_chunk().expect("a whole group")
+}
+
+/// `W` entries from `at`, to be written.
+#[inline(always)]
+fn chunk_mut<const W: usize, T>(values: &mut [T], at: usize) -> &mut [T; W] {
+    // See `chunk`.
+    values[at..].first_chunk_mut().expect("a whole group")
+}
+
+/// First sweep: geometry and motion of the pairs, of which the first `count` may touch; the
+/// block begins with the sphere `first`.
+#[inline(always)]
+fn approach<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
+    field: &Field<'_>,
+    pairs: Pairs<'_>,
+    (count, first): (usize, usize),
+    scratch: &mut Scratch,
+) {
+    check(pairs, field, first, scratch.pulls.len());
+    let Field { balls, spins, setting, yade, .. } = field;
+    let alike = L::splat(setting.alike.map_or(0.0, |(_, radius)| radius));
+    let share = L::splat(setting.share);
+    for at in (0..pairs.first.len()).step_by(W) {
+        let (me, them) = (chunk::<W, _>(pairs.first, at), chunk::<W, _>(pairs.second, at));
+        let (ours, theirs) = (entries(balls, me), entries(balls, them));
+        let mut rows = [L::row(&ZEROS); W];
+        for l in 0..W {
+            rows[l] = L::difference(L::row(ours[l].line()), L::row(theirs[l].line()));
+        }
+        let [x, y, z, _, u, v, w, _] = L::columns(rows);
+        let (mut between, mut velocity) = (Triple { x, y, z }, Triple { x: u, y: v, z: w });
+        if setting.needs.periodic {
+            between = nearest(between, &setting.edges);
+        }
+        let radii = if MIXED {
+            [L::load(&ours.map(|ball| ball.radius)), L::load(&theirs.map(|ball| ball.radius))]
+        } else {
+            [alike; 2]
+        };
+        let square = between.dot(between);
+        let sum = radii[0] + radii[1];
+        let near = if *yade { square.at_most(sum * sum) } else { square.below(sum * sum) };
+        let real = (1u32 << (count - at.min(count)).min(W)) - 1;
+        scratch.touches[at] = L::bits(near) & real as u8;
         let distance = square.sqrt();
-        let unit = between * distance.recip();
+        let unit = between * (L::splat(1.0) / distance);
         let overlap = sum - distance;
-        let arms = [radius - share * overlap, reach - share * overlap];
-        let mut spins = Vec3::zeros();
-        let mut old = Record::default();
-        if K::FRICTION {
-            let mine = Vec3::new(mine[at][0], mine[at][1], mine[at][2]);
-            if MIXED {
-                let theirs = Vec3::new(theirs[at][0], theirs[at][1], theirs[at][2]);
-                velocity += unit.cross(&(mine * arms[0] + theirs * arms[1]));
-                spins = mine + theirs;
+        scratch.unit.set(at, unit);
+        scratch.overlap.set(at, overlap);
+        if SPINS > 0 {
+            let arms = [radii[0] - share * overlap, radii[1] - share * overlap];
+            let (mine, away) = (entries(spins, me), entries(spins, them));
+            let spins = if MIXED {
+                let (mine, away) = (L::triples(mine), L::triples(away));
+                velocity = velocity + unit.cross(mine * arms[0] + away * arms[1]);
+                scratch.arms[1].set(at, arms[1]);
+                mine + away
             } else {
-                velocity += unit.cross(&mine) * arms[0];
-                spins = mine;
-            }
-            old.spring = spring[at];
-            if rotated {
-                old.normal = normal[at];
+                let both = L::triple_sums(mine, away);
+                velocity = velocity + unit.cross(both) * arms[0];
+                both
+            };
+            scratch.arms[0].set(at, arms[0]);
+            if SPINS > 1 {
+                scratch.spins.set(at, spins);
             }
         }
-        if K::DAMPING {
-            old.lag = lag[at];
-        }
-        let pair = if MIXED { &laws[at] } else { &law };
-        let approach = Approach { normal: unit, overlap, velocity, spins };
-        let Response { reply, record, tally } = respond::<K>(&rule, pair, &approach, touches, &old);
-        touching[at] = touches;
-        let push = unit * reply.normal + reply.tangent;
-        force[at] = [push.x, push.y, push.z, arms[0]];
+        scratch.velocity.set(at, velocity);
+    }
+}
+
+/// Ways between spheres in a periodic box with these edges as those to the nearest images, m.
+#[inline(always)]
+fn nearest<L: Lanes>(way: Triple<L>, edges: &Vec3) -> Triple<L> {
+    let along = |way: L, edge: f64| {
+        let (edge, half, zero) = (L::splat(edge), L::splat(0.5 * edge), L::splat(0.0));
+        let back = L::pick(way.below(-half), edge, zero);
+        way + L::pick(half.below(way), -edge, back)
+    };
+    Triple { x: along(way.x, edges.x), y: along(way.y, edges.y), z: along(way.z, edges.z) }
+}
+
+/// Second sweep: the law; the book's entries begin at `base`.
+#[inline(always)]
+fn answer<const W: usize, L: Wide<W>, K: Kind>(
+    field: &Field<'_>,
+    pairs: Pairs<'_>,
+    (book, base): (&mut BookView<'_>, usize),
+    scratch: &mut Scratch,
+) {
+    let rule = *field.rule;
+    let only = field.setting.only_law().map(|law| Parameters::of(&law));
+    for at in (0..pairs.first.len()).step_by(W) {
+        let entry = base + at;
+        let unit = scratch.unit.get(at);
+        let (mut old, mut spins) = (Past::none(), Triple::zero());
         if K::FRICTION {
-            spring[at] = record.spring;
-            if rotated {
-                normal[at] = record.normal;
+            old.spring = L::unpack3(chunk(book.spring, entry));
+            if K::HISTORY == History::Rotated {
+                old.normal = L::unpack3(chunk(book.normal, entry));
+                spins = scratch.spins.get(at);
             }
-            let arm = if MIXED { 1.0 } else { arms[0] };
-            let bend = unit.cross(&reply.tangent) * arm;
-            couple[at] = [bend.x, bend.y, bend.z, arms[1]];
         }
         if K::DAMPING {
-            lag[at] = record.lag;
+            old.lag = L::unpack2(chunk(book.lag, entry));
         }
-        taken[at] = [tally.normal_dashpot, tally.tangential_dashpot, tally.slip, 0.0];
+        let velocity = scratch.velocity.get(at);
+        let approach = Approach { normal: unit, overlap: scratch.overlap.get(at), velocity, spins };
+        let law = match &only {
+            Some(law) => *law,
+            None => gathered(field, chunk(pairs.first, at), chunk(pairs.second, at)),
+        };
+        let bits = scratch.touches[at];
+        let Response { normal, tangent, past, taken } =
+            respond::<L, K>(&rule, &law, &approach, L::mask(bits), &old);
+        *chunk_mut::<W, bool>(book.touching, entry) = *chunk(&ANSWERS[bits as usize], 0);
+        if K::FRICTION {
+            L::pack3(past.spring, chunk_mut(book.spring, entry));
+            if K::HISTORY == History::Rotated {
+                L::pack3(past.normal, chunk_mut(book.normal, entry));
+            }
+            scratch.push.set(at, unit * normal + tangent);
+            scratch.couple.set(at, unit.cross(tangent));
+        } else {
+            scratch.push.set(at, unit * normal);
+        }
+        if K::DAMPING {
+            L::pack2(past.lag, chunk_mut(book.lag, entry));
+        }
+        for (sums, taken) in scratch.sums.iter_mut().zip(taken) {
+            let sums = chunk_mut(sums, at % GROUP);
+            (L::load(sums) + taken).store(sums);
+        }
+    }
+}
+
+/// Third sweep: adds the forces to the lines of both spheres.
+#[inline(always)]
+fn deliver<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
+    pairs: Pairs<'_>,
+    first: usize,
+    scratch: &mut Scratch,
+) {
+    let zero = L::splat(0.0);
+    for at in (0..pairs.first.len()).step_by(W) {
+        let (me, seats) = (chunk::<W, _>(pairs.first, at), chunk::<W, _>(pairs.seats, at));
+        let push: Triple<L> = scratch.push.get(at);
+        let (mut turn, mut back) = (Triple::zero(), Triple::zero());
+        if SPINS > 0 {
+            let couple: Triple<L> = scratch.couple.get(at);
+            let arms: [L; 2] = [scratch.arms[0].get(at), scratch.arms[1].get(at)];
+            turn = couple * -arms[0];
+            back = couple * -arms[1];
+        }
+        let rows = L::rows([push.x, push.y, push.z, zero, turn.x, turn.y, turn.z, zero]);
+        let mut against = rows;
+        if MIXED {
+            let push = push.map(|f| -f);
+            against = L::rows([push.x, push.y, push.z, zero, back.x, back.y, back.z, zero]);
+        } else {
+            for row in &mut against {
+                *row = L::product(*row, L::row(&AGAINST));
+            }
+        }
+        for l in 0..W {
+            // SAFETY: `check` has looked at both places.
+            let pull = unsafe { scratch.pulls.get_unchecked_mut(me[l] as usize - first) };
+            L::keep(L::sum(L::row(pull), rows[l]), pull);
+            // SAFETY: see above.
+            let pull = unsafe { scratch.pulls.get_unchecked_mut(seats[l] as usize) };
+            L::keep(L::sum(L::row(pull), against[l]), pull);
+        }
+    }
+}
+
+/// Panics if a slot of a sweep does not exist. One look a sweep instead of six a pair, which
+/// took a quarter of the time.
+#[inline(always)]
+fn check(pairs: Pairs<'_>, field: &Field<'_>, first: usize, pulls: usize) {
+    let highest = |slots: &[u32]| slots.iter().fold(0, |top, slot| top.max(*slot)) as usize;
+    let lowest = pairs.first.iter().fold(u32::MAX, |low, slot| low.min(*slot)) as usize;
+    let count = match field.spins.len() {
+        0 => field.balls.len(),
+        spins => spins.min(field.balls.len()),
+    };
+    let top = highest(pairs.first);
+    assert!(top.max(highest(pairs.second)) < count && highest(pairs.seats) < pulls);
+    assert!(lowest >= first && top - first < pulls);
+}
+
+/// The values at these slots, which [`check`] has looked at.
+#[inline(always)]
+fn entries<'a, const W: usize, T>(values: &'a [T], slots: &[u32; W]) -> [&'a T; W] {
+    // SAFETY: the slots exist.
+    let at = |slot: u32| unsafe { values.get_unchecked(slot as usize) };
+    let mut found = [at(slots[0]); W];
+    for l in 1..W {
+        found[l] = at(slots[l]);
+    }
+    found
+}
+
+/// Parameters of as many pairs.
+#[inline(always)]
+fn gathered<const W: usize, L: Wide<W>>(
+    field: &Field<'_>,
+    me: &[u32; W],
+    them: &[u32; W],
+) -> Parameters<L> {
+    let mut pairs = [field.setting.pair(0, 0); W];
+    for l in 0..W {
+        let [one, two] = [me, them].map(|slots| field.balls[slots[l] as usize].material);
+        pairs[l] = field.setting.pair(one, two);
+    }
+    Parameters {
+        kn: L::load(&pairs.map(|pair| pair.kn)),
+        kt: L::load(&pairs.map(|pair| pair.kt)),
+        cn: L::load(&pairs.map(|pair| pair.cn)),
+        ct: L::load(&pairs.map(|pair| pair.ct)),
+        friction: L::load(&pairs.map(|pair| pair.friction)),
+        soft: L::load(&pairs.map(softness)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::law::{Rule, for_kind};
+    use super::super::setting::Setting;
+    use super::super::state::{List, State};
+    use super::super::{neighbours, test_scenes};
+    use super::*;
+    use crate::model::{Coulomb, History, Law, Model};
+
+    type Bits = Vec<u64>;
+
+    /// All bits that a pass leaves, run after run of one version.
+    fn passes<V: Version>(setting: &Setting<'_>, state: &State) -> Bits {
+        let mut state = state.clone();
+        let rule = Rule { law: setting.law, advance: 1e-5, interval: 1e-5, bare_slip: false };
+        let owners: Vec<u32> = (0..state.balls.len())
+            .flat_map(|slot| {
+                let entries = state.pairs.start[slot]..state.pairs.start[slot + 1];
+                entries.map(move |_| slot as u32)
+            })
+            .collect();
+        let mut bits = Bits::new();
+        for _ in 0..3 {
+            let field = Field {
+                setting,
+                rule: &rule,
+                balls: &state.balls,
+                spins: &state.spins,
+                light: &state.light,
+                planes: &[],
+                faces: &[],
+                memory: &Default::default(),
+                yade: false,
+            };
+            let List { partner, book, .. } = &mut state.pairs;
+            let pairs = Pairs { first: &owners, second: partner, seats: partner };
+            let (loads, book) = (&mut state.loads[..], book.view());
+            let mut part = Part { first: 0, loads, book, strangers: &mut [] };
+            let mut scratch = Scratch::default();
+            let tally = for_kind!(setting.kept, setting.law, K => {
+                all::<V, K>(&field, pairs, &mut part, &mut scratch)
+            });
+            let loads = state.loads.iter().flat_map(|l| l.force.iter().chain(l.torque.iter()));
+            bits.extend(loads.chain(state.pairs.book.spring.iter().flatten()).map(|x| x.to_bits()));
+            bits.extend(state.pairs.book.lag.iter().flatten().map(|x| x.to_bits()));
+            bits.extend(state.pairs.book.touching.iter().map(|t| u64::from(*t)));
+            let sums = [tally.normal_dashpot, tally.tangential_dashpot, tally.slip];
+            bits.extend(sums.map(f64::to_bits));
+            for (slot, ball) in state.balls.iter_mut().enumerate() {
+                ball.place += ball.velocity * (1e-4 * (1.0 + 0.1 * slot as f64));
+            }
+        }
+        bits
+    }
+
+    /// A crowd in motion, dense enough that most listed pairs touch.
+    fn crowd(model: &mut Model) {
+        for (index, body) in model.bodies.iter_mut().enumerate() {
+            let at = index as f64;
+            body.position *= 0.15;
+            body.velocity = Vec3::new((at * 0.7).sin(), (at * 1.3).cos(), (at * 2.1).sin()) * 0.2;
+            body.spin = Vec3::new((at * 0.3).cos(), (at * 1.9).sin(), (at * 0.9).cos()) * 40.0;
+        }
+    }
+
+    #[test]
+    fn all_versions_give_the_same_bytes() {
+        let limits = [Coulomb::Sum, Coulomb::SpringThenDashpot, Coulomb::Spring];
+        let histories = [History::Projected, History::Rescaled, History::Rotated];
+        let (mut touching, mut rests) = (0, 0);
+        let crowds = [(53, 1.0), (57, 1.0), (53, 3.0), (57, 3.0)];
+        for ((count, mixed), coulomb, history) in crowds.into_iter().flat_map(|ratio| {
+            limits.into_iter().flat_map(move |c| histories.into_iter().map(move |h| (ratio, c, h)))
+        }) {
+            let mut model = test_scenes::wide_sizes(count, mixed);
+            crowd(&mut model);
+            model.plan.law = Law { coulomb, history, ..model.plan.law };
+            let setting = Setting::new(&model);
+            assert_eq!(setting.alike.is_some(), mixed == 1.0);
+            let mut state = State::new(&setting);
+            neighbours::rebuild(&setting, &mut state);
+            rests += state.pairs.partner.len() % GROUP;
+            let plain = passes::<Plain>(&setting, &state);
+            touching += plain.iter().filter(|bits| **bits == 1).count();
+            #[cfg(target_arch = "x86_64")]
+            {
+                if Four::is_here() {
+                    assert_eq!(plain, passes::<Four>(&setting, &state), "{mixed} {coulomb:?}");
+                }
+                if Eight::is_here() {
+                    assert_eq!(plain, passes::<Eight>(&setting, &state), "{mixed} {coulomb:?}");
+                }
+            }
+        }
+        assert!(touching > 500 && rests > 0, "{touching} {rests}");
     }
 }

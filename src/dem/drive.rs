@@ -165,7 +165,7 @@ fn one_step(
     }
     state.ledger.add_half();
     move_walls(setting, state, (state.step + 1) as f64 * setting.step);
-    if motion::advance(setting, state, owed) | lists_are_old(state) {
+    if motion::advance(setting, state, &work.crew, owed) | lists_are_old(state) {
         neighbours::rebuild(setting, state);
     }
     force_pass(setting, state, work, false);

@@ -3,13 +3,14 @@
 //! The kernel exists once for every combination of friction, damping and law variant, so a
 //! scene does not carry what it does not have. Spheres are cut into blocks whose number
 //! depends on their count only; each block answers its own pairs (see [`super::contacts`])
-//! and walls, and forces on spheres of later blocks are added afterwards in the order of the
-//! list. Threads share out the blocks: results are equal to the bit for any number of them.
+//! and walls, and its sums of forces on strangers, spheres of later blocks, are added afterwards in the
+//! order of the blocks. Threads share out the blocks: results are equal to the bit for any number of them.
 //! O(listed pairs and walls); cannot fail.
 
 use super::averaged_loops::{self, Buffer};
 use super::averaged_pass::Memory;
-use super::contacts::{self, Pull, Scratch};
+use super::contacts::{self, Scratch};
+use super::crew::Crew;
 use super::far::Far;
 use super::law::{BookView, Kind, Rule, Tally, for_kind};
 use super::neighbours;
@@ -18,7 +19,6 @@ use super::state::{Ball, Lightness, List, Load, State};
 use super::walls;
 use crate::model::Scheme;
 use crate::num::Vec3;
-use rayon::prelude::*;
 
 /// Least number of spheres a block.
 const BLOCK: usize = 1200;
@@ -29,7 +29,8 @@ const WORTH_THREADS: usize = 2 * BLOCK;
 
 /// Scratch memory and threads of a run.
 pub struct Workspace {
-    pool: Option<rayon::ThreadPool>,
+    /// Threads.
+    pub crew: Crew,
     blocks: Blocks,
     buffer: Buffer,
     planes: Vec<PlaneNow>,
@@ -40,17 +41,6 @@ pub struct Workspace {
     pub far: Far,
 }
 
-/// Force of a pair on its first sphere.
-#[derive(Debug, Clone, Copy)]
-pub struct Push {
-    /// The force, N.
-    pub force: Vec3,
-    /// Normal × tangential force; times the arm it is the torque taken from each sphere.
-    pub couple: Vec3,
-    /// Arms of both spheres, m.
-    pub arms: [f64; 2],
-}
-
 /// How spheres are cut into blocks, and what blocks send each other.
 #[derive(Debug, Default)]
 struct Blocks {
@@ -59,9 +49,11 @@ struct Blocks {
     scratch: Vec<Scratch>,
     /// First sphere of each pair.
     owners: Vec<u32>,
-    /// Pulls of each block on spheres of later blocks.
-    outboxes: Vec<Vec<Pull>>,
-    /// For each block what it gets: block, place in its outbox, sphere.
+    /// Place of its second sphere in the block.
+    seats: Vec<u32>,
+    /// Loads of each block on spheres of later blocks.
+    strangers: Vec<Vec<Load>>,
+    /// For each block what it gets: block, place among its strangers, sphere.
     mail: Vec<Vec<[u32; 3]>>,
     /// Spheres with planes or triangles in their lists.
     at_walls: Vec<u32>,
@@ -78,21 +70,35 @@ impl Blocks {
         let count = state.balls.len();
         let number = (count / BLOCK).clamp(1, BLOCKS);
         self.size = count.div_ceil(number).max(1);
-        self.outboxes.resize_with(number, Vec::new);
         self.mail = vec![Vec::new(); number];
         let pairs = &state.pairs;
         self.owners.clear();
         for slot in 0..count {
             self.owners.resize(pairs.start[slot + 1] as usize, slot as u32);
         }
+        self.seats.clear();
+        self.strangers.resize_with(number, Vec::new);
+        // For each sphere the last block that it is a stranger of, and its place there.
+        let mut known = vec![(u32::MAX, 0); if number > 1 { count } else { 0 }];
         for from in 0..number {
             let (low, high) = (from * self.size, ((from + 1) * self.size).min(count));
-            let range = pairs.start[low] as usize..pairs.start[high] as usize;
-            let out = pairs.partner[range].iter().filter(|other| **other as usize >= high);
-            for (sent, other) in out.enumerate() {
-                let to = *other as usize / self.size;
-                self.mail[to].push([from as u32, sent as u32, *other]);
+            let mut met = 0;
+            for other in &pairs.partner[pairs.start[low] as usize..pairs.start[high] as usize] {
+                let slot = *other as usize;
+                if slot < high {
+                    self.seats.push((slot - low) as u32);
+                    continue;
+                }
+                let (block, place) = &mut known[slot];
+                if *block != from as u32 {
+                    (*block, *place) = (from as u32, met);
+                    self.mail[slot / self.size].push([from as u32, met, *other]);
+                    met += 1;
+                }
+                self.seats.push((high - low) as u32 + *place);
             }
+            self.strangers[from].clear();
+            self.strangers[from].resize(met as usize, Load::default());
         }
         let has = |list: &List, slot: usize| list.start[slot + 1] > list.start[slot];
         self.at_walls.clear();
@@ -108,11 +114,8 @@ impl Workspace {
     /// Scratch for a run of `spheres` spheres on `threads` threads. Falls back to one
     /// thread where no more can be started.
     pub fn new(threads: usize, spheres: usize) -> Self {
-        let pool = (threads > 1 && spheres >= WORTH_THREADS)
-            .then(|| rayon::ThreadPoolBuilder::new().num_threads(threads).build().ok())
-            .flatten();
         Self {
-            pool,
+            crew: Crew::new(if spheres >= WORTH_THREADS { threads } else { 1 }),
             blocks: Blocks::default(),
             buffer: Buffer::default(),
             planes: Vec::new(),
@@ -129,7 +132,8 @@ impl Workspace {
         let blocks = &self.blocks;
         blocks.owners.capacity() * 4
             + blocks.at_walls.capacity() * 4
-            + blocks.outboxes.iter().map(|sent| sent.capacity() * 64).sum::<usize>()
+            + blocks.seats.capacity() * 4
+            + blocks.strangers.iter().map(|met| met.capacity() * 48).sum::<usize>()
             + blocks.mail.iter().map(|mail| mail.capacity() * 12).sum::<usize>()
             + blocks.scratch.iter().map(Scratch::bytes).sum::<usize>()
     }
@@ -218,7 +222,7 @@ fn pass<K: Kind>(
         yade: setting.scheme == Scheme::Yade,
     };
     let size = work.blocks.size;
-    let Blocks { scratch, owners, outboxes, mail, at_walls, .. } = &mut work.blocks;
+    let Blocks { scratch, owners, seats, strangers, mail, at_walls, .. } = &mut work.blocks;
     let (pairs, planes, faces) = (&mut state.pairs, &mut state.planes, &mut state.faces);
     let lists = [&pairs.start, &planes.start, &faces.start];
     let partner = &pairs.partner[..];
@@ -227,8 +231,8 @@ fn pass<K: Kind>(
     let mut books = [pairs.book.view(), planes.book.view(), faces.book.view()].map(Some);
     let mut near: &[u32] = at_walls;
     let mut parts: Vec<Part<'_>> = Vec::with_capacity(mail.len());
-    let mine = state.loads.chunks_mut(size).zip(outboxes.iter_mut());
-    for (number, (loads, outbox)) in mine.enumerate() {
+    let mine = state.loads.chunks_mut(size).zip(strangers.iter_mut());
+    for (number, (loads, strangers)) in mine.enumerate() {
         let (first, last) = (number * size, number * size + loads.len());
         let mut take = |which: usize| {
             let start = lists[which];
@@ -242,43 +246,34 @@ fn pass<K: Kind>(
         let (here, rest) = near.split_at(near.partition_point(|slot| (*slot as usize) < last));
         near = rest;
         parts.push(Part {
-            list: (&owners[range.clone()], &partner[range]),
-            pairs: contacts::Part { first, loads, book, outbox },
+            list: contacts::Pairs {
+                first: &owners[range.clone()],
+                second: &partner[range.clone()],
+                seats: &seats[range],
+            },
+            pairs: contacts::Part { first, loads, book, strangers },
             at_walls: here,
             planes: (planes.0, planes.1.start),
             faces: (faces.0, faces.1.start),
             tally: Tally::default(),
         });
     }
-    let threads = work.pool.as_ref().map_or(1, rayon::ThreadPool::current_num_threads);
-    let share = parts.len().div_ceil(threads).max(1);
-    scratch.resize_with(parts.len().div_ceil(share), Scratch::default);
-    let run = |(parts, scratch): (&mut [Part<'_>], &mut Scratch)| {
-        for part in parts {
-            part.tally = contacts::block::<K>(&field, part.list, &mut part.pairs, scratch);
-            block_walls::<K>(&field, plane_list, face_list, part);
-        }
-    };
-    match &work.pool {
-        None => parts.chunks_mut(share).zip(scratch).for_each(run),
-        Some(pool) => {
-            pool.install(|| parts.par_chunks_mut(share).zip(scratch).for_each(run));
-        }
-    }
+    scratch.resize_with(work.crew.size(), Scratch::default);
+    work.crew.share(&mut parts, scratch, |part, scratch| {
+        part.tally = contacts::block::<K>(&field, part.list, &mut part.pairs, scratch);
+        block_walls::<K>(&field, plane_list, face_list, part);
+    });
     let mut total = Tally::default();
     for part in &parts {
         total += part.tally;
     }
     drop(parts);
-    let deliver = |(first, (loads, mail)): (usize, (&mut [Load], &Vec<[u32; 3]>))| {
-        for [from, at, slot] in mail {
-            let load = &mut loads[*slot as usize - first * size];
-            let [force, torque] = &outboxes[*from as usize][*at as usize];
-            load.force += Vec3::new(force[0], force[1], force[2]);
-            load.torque += Vec3::new(torque[0], torque[1], torque[2]);
+    let mut boxes: Vec<_> = state.loads.chunks_mut(size).zip(mail.iter()).enumerate().collect();
+    work.crew.share(&mut boxes, scratch, |(number, (loads, mail)), _| {
+        for [from, at, slot] in mail.iter() {
+            loads[*slot as usize - *number * size] += strangers[*from as usize][*at as usize];
         }
-    };
-    state.loads.chunks_mut(size).zip(mail.iter()).enumerate().for_each(deliver);
+    });
     total
 }
 
@@ -311,7 +306,7 @@ fn averaged(setting: &Setting<'_>, state: &mut State, work: &mut Workspace, rule
     if setting.kept.damping || !state.solids.is_empty() {
         work.memory.look(setting, state);
     }
-    if work.pool.is_some() {
+    if work.crew.pool.is_some() {
         work.buffer.index(&state.pairs, state.rebuilds);
     }
     let field = Field {
@@ -329,7 +324,7 @@ fn averaged(setting: &Setting<'_>, state: &mut State, work: &mut Workspace, rule
     let buffer = &mut work.buffer;
     macro_rules! with {
         ($friction:literal, $damping:literal) => {
-            match &work.pool {
+            match &work.crew.pool {
                 None => averaged_loops::serial::<$friction, $damping>(
                     &field, pairs, planes, faces, loads,
                 ),

@@ -13,7 +13,11 @@
 //! Energy over the interval between two force evaluations is the mean of the
 //! forces at both ends times the displacement in between, so its error is of
 //! second order in the step. O(1); cannot fail.
+//!
+//! The law stands once, for any number of contacts side by side (see [`super::lanes`]); walls and
+//! broken bonds use it for one contact, pairs of spheres for several.
 
+use super::lanes::{Lanes, Triple};
 use crate::model::{Contact, Coulomb, History, Law};
 use crate::num::Vec3;
 use serde::{Deserialize, Serialize};
@@ -35,15 +39,79 @@ pub struct Rule {
 
 /// Geometry and motion of a contact.
 #[derive(Debug, Clone, Copy)]
-pub struct Approach {
+pub struct Approach<L = f64> {
     /// Unit vector from the partner towards the sphere.
-    pub normal: Vec3,
+    pub normal: Triple<L>,
     /// Overlap, m.
-    pub overlap: f64,
+    pub overlap: L,
     /// Velocity of the sphere's contact point relative to the partner's, m/s.
-    pub velocity: Vec3,
+    pub velocity: Triple<L>,
     /// Sum of both angular velocities, rad/s.
-    pub spins: Vec3,
+    pub spins: Triple<L>,
+}
+
+impl Approach {
+    /// One contact.
+    #[inline(always)]
+    pub fn new(normal: Vec3, overlap: f64, velocity: Vec3, spins: Vec3) -> Self {
+        Self { normal: normal.into(), overlap, velocity: velocity.into(), spins: spins.into() }
+    }
+}
+
+/// Parameters of contacts.
+#[derive(Debug, Clone, Copy)]
+pub struct Parameters<L> {
+    /// Normal stiffness, N/m.
+    pub kn: L,
+    /// Tangential stiffness, N/m.
+    pub kt: L,
+    /// Normal dashpot, N s/m.
+    pub cn: L,
+    /// Tangential dashpot, N s/m.
+    pub ct: L,
+    /// Coefficient of friction.
+    pub friction: L,
+    /// 1/kt, m/N; 0 where there are no tangential springs.
+    pub soft: L,
+}
+
+impl<L: Lanes> Parameters<L> {
+    /// Those of `pair` everywhere.
+    #[inline(always)]
+    pub fn of(pair: &Contact) -> Self {
+        Self {
+            kn: L::splat(pair.kn),
+            kt: L::splat(pair.kt),
+            cn: L::splat(pair.cn),
+            ct: L::splat(pair.ct),
+            friction: L::splat(pair.friction),
+            soft: L::splat(softness(pair)),
+        }
+    }
+}
+
+/// 1/kt, m/N; 0 without tangential springs.
+pub fn softness(pair: &Contact) -> f64 {
+    if pair.kt > 0.0 { 1.0 / pair.kt } else { 0.0 }
+}
+
+/// What contacts remember of the last pass; see [`Book`].
+#[derive(Debug, Clone, Copy)]
+pub struct Past<L> {
+    /// Tangential spring, m.
+    pub spring: Triple<L>,
+    /// See [`Book::lag`].
+    pub lag: [L; 2],
+    /// See [`Book::normal`].
+    pub normal: Triple<L>,
+}
+
+impl<L: Lanes> Past<L> {
+    /// Nothing.
+    #[inline(always)]
+    pub fn none() -> Self {
+        Self { spring: Triple::zero(), lag: [L::splat(0.0); 2], normal: Triple::zero() }
+    }
 }
 
 /// Force on the sphere.
@@ -219,31 +287,31 @@ impl<'a> BookView<'a> {
 
     /// What a contact of kind `K` needs of entry `k`.
     #[inline(always)]
-    pub fn recall<K: Kind>(&self, k: usize) -> Record {
-        let mut record = Record::default();
+    pub fn recall<K: Kind>(&self, k: usize) -> Past<f64> {
+        let mut past = Past::none();
         if K::FRICTION {
-            record.spring = self.spring[k];
+            past.spring = self.spring[k].into();
             if K::HISTORY == History::Rotated {
-                record.normal = self.normal[k];
+                past.normal = self.normal[k].into();
             }
         }
         if K::DAMPING {
-            record.lag = self.lag[k];
+            past.lag = self.lag[k];
         }
-        record
+        past
     }
 
     /// Writes what a contact of kind `K` remembers to entry `k`.
     #[inline(always)]
-    pub fn keep<K: Kind>(&mut self, k: usize, record: &Record) {
+    pub fn keep<K: Kind>(&mut self, k: usize, past: &Past<f64>) {
         if K::FRICTION {
-            self.spring[k] = record.spring;
+            self.spring[k] = past.spring.into();
             if K::HISTORY == History::Rotated {
-                self.normal[k] = record.normal;
+                self.normal[k] = past.normal.into();
             }
         }
         if K::DAMPING {
-            self.lag[k] = record.lag;
+            self.lag[k] = past.lag;
         }
     }
 
@@ -329,71 +397,75 @@ pub(crate) use for_kind;
 
 /// Answer of the law to an approach.
 #[derive(Debug, Clone, Copy)]
-pub struct Response {
-    /// Force; 0 if apart.
-    pub reply: Reply,
+pub struct Response<L> {
+    /// Normal force, N, positive when pushing apart; 0 if apart.
+    pub normal: L,
+    /// Tangential force, N; 0 if apart.
+    pub tangent: Triple<L>,
     /// What the contact remembers now; zeros if apart.
-    pub record: Record,
-    /// Energy taken; its `wall_power` is 0.
-    pub tally: Tally,
+    pub past: Past<L>,
+    /// Energy taken by the normal dashpot, the tangential dashpot and slip, J.
+    pub taken: [L; 3],
 }
 
 /// Force between two bodies that `touch`, or that are apart and perhaps did touch at the
 /// last pass (then `old` is not zero and the energy of the end of the contact is counted).
-/// Without branches: loops over contacts become vector code.
 #[inline(always)]
-pub fn respond<K: Kind>(
+pub fn respond<L: Lanes, K: Kind>(
     rule: &Rule,
-    pair: &Contact,
-    approach: &Approach,
-    touches: bool,
-    old: &Record,
-) -> Response {
-    let mut record = Record::default();
-    let mut tally = Tally::default();
-    let closing = -approach.velocity.dot(&approach.normal);
+    pair: &Parameters<L>,
+    approach: &Approach<L>,
+    touches: L::Mask,
+    old: &Past<L>,
+) -> Response<L> {
+    let zero = L::splat(0.0);
+    let mut past = Past::none();
+    let mut taken = [zero; 3];
+    let n = approach.normal;
+    let closing = -approach.velocity.dot(n);
     let elastic = pair.kn * approach.overlap;
     let mut normal = elastic;
     if K::DAMPING {
-        normal += pair.cn * closing;
-        normal = if normal < 0.0 && !rule.law.tension { 0.0 } else { normal };
-        record.lag[0] = pick(touches, normal - elastic);
-        tally.normal_dashpot = 0.5 * rule.interval * closing * (old.lag[0] + record.lag[0]);
+        normal = normal + pair.cn * closing;
+        let pulls = L::both(normal.below(zero), L::all(!rule.law.tension));
+        normal = L::pick(pulls, zero, normal);
+        past.lag[0] = L::only(touches, normal - elastic);
+        taken[0] = L::splat(0.5 * rule.interval) * closing * (old.lag[0] + past.lag[0]);
     }
-    normal = pick(touches, normal);
-    let mut tangent = Vec3::zeros();
+    normal = L::only(touches, normal);
+    let mut tangent = Triple::zero();
     if K::FRICTION {
-        let n = approach.normal;
         let slide = approach.velocity + n * closing;
         let limit = pair.friction * normal.abs();
-        let before = carry::<K>(rule, approach, old);
-        let mut trial = before + slide * rule.advance;
+        let before = carry::<L, K>(rule, approach, old);
+        let mut trial = before + slide * L::splat(rule.advance);
         if K::HISTORY == History::Projected {
-            trial -= n * trial.dot(&n);
+            trial = trial - n * trial.dot(n);
         }
         if K::HISTORY == History::Rotated {
-            record.normal = n;
+            past.normal = n;
         }
-        let Cut { spring, dash, force, slips } = cut(K::COULOMB, pair, trial, slide, limit);
-        let bare = rule.bare_slip && rule.interval <= 0.0 && slips && trial.norm_squared() <= 0.0;
-        let holds = touches && !bare;
-        tangent = force.map(|f| -pick(holds, f));
-        record.spring = spring.map(|s| pick(holds, s));
+        let Cut { spring, dash, force, slips } =
+            cut(K::COULOMB, pair, trial, slide, limit, touches);
+        let mut holds = touches;
+        if rule.bare_slip && rule.interval <= 0.0 {
+            let bare = L::both(slips, trial.dot(trial).at_most(zero));
+            holds = L::both(touches, L::not(bare));
+        }
+        tangent = Triple::only(holds, force.map(|f| -f));
+        past.spring = Triple::only(holds, spring);
+        let ends = L::either(slips, L::not(touches));
         // With springs that do not move, as in the set-up pass, slip takes nothing.
-        let taken = 0.5 * pair.kt * (before + record.spring).dot(&(trial - record.spring));
-        tally.slip = pick((slips || !touches) && rule.interval > 0.0, taken);
+        if rule.interval > 0.0 {
+            let lost = (before + past.spring).dot(trial - past.spring);
+            taken[2] = L::only(ends, L::splat(0.5) * pair.kt * lost);
+        }
         if K::DAMPING {
-            record.lag[1] = pick(touches, dash.dot(&slide));
-            tally.tangential_dashpot = rule.interval * mean_power(old.lag[1], record.lag[1]);
+            past.lag[1] = L::only(touches, dash.dot(slide));
+            taken[1] = L::splat(rule.interval) * mean_power(old.lag[1], past.lag[1]);
         }
     }
-    Response { reply: Reply { normal, tangent }, record, tally }
-}
-
-/// `value` or 0.
-#[inline(always)]
-fn pick(wanted: bool, value: f64) -> f64 {
-    if wanted { value } else { 0.0 }
+    Response { normal, tangent, past, taken }
 }
 
 /// Mean power of a tangential dashpot between two passes at which it had the
@@ -401,71 +473,97 @@ fn pick(wanted: bool, value: f64) -> f64 {
 /// the passes, ½(c w' + c w)·w = ¼ c w'² + ¾ c w² − ¼ c (w − w')²; the last term
 /// is of second order. A dashpot that was or is off takes half of the other power.
 #[inline(always)]
-fn mean_power(before: f64, now: f64) -> f64 {
-    let both = before > 0.0 && now > 0.0;
-    let (early, late) = if both { (0.25, 0.75) } else { (0.5, 0.5) };
-    early * before + late * now
+fn mean_power<L: Lanes>(before: L, now: L) -> L {
+    let zero = L::splat(0.0);
+    let both = L::both(zero.below(before), zero.below(now));
+    let shift = L::only(both, L::splat(0.25));
+    let half = L::splat(0.5);
+    (half - shift) * before + (half + shift) * now
 }
 
 /// The spring of the last pass, turned with the contact.
 #[inline(always)]
-pub fn carry<K: Kind>(rule: &Rule, approach: &Approach, old: &Record) -> Vec3 {
+pub fn carry<L: Lanes, K: Kind>(rule: &Rule, approach: &Approach<L>, old: &Past<L>) -> Triple<L> {
     let n = approach.normal;
     match K::HISTORY {
         History::Projected => old.spring,
-        History::Rescaled => rescale(&old.spring, &n),
+        History::Rescaled => rescale(old.spring, n),
         History::Rotated => {
             let from = old.normal;
-            let tilted = old.spring - old.spring.cross(&from.cross(&n));
-            let twist = from * (0.5 * rule.advance * from.dot(&approach.spins));
-            tilted - tilted.cross(&twist)
+            let tilted = old.spring - old.spring.cross(from.cross(n));
+            let half = L::splat(0.5 * rule.advance);
+            let twist = from * (half * from.dot(approach.spins));
+            tilted - tilted.cross(twist)
         }
     }
 }
 
 /// `old` projected on the plane of normal `n`, at its old length.
 #[inline(always)]
-pub fn rescale(old: &Vec3, n: &Vec3) -> Vec3 {
+pub fn rescale<L: Lanes>(old: Triple<L>, n: Triple<L>) -> Triple<L> {
     let flat = old - n * old.dot(n);
-    let (was, is) = (old.norm_squared(), flat.norm_squared());
-    let stretch = (was / is).sqrt();
-    flat * if is > 0.0 { stretch } else { 1.0 }
+    let (was, is) = (old.dot(old), flat.dot(flat));
+    let one = L::splat(1.0);
+    let ratio = was / is;
+    // √(1 + d): d is the square of the angle turned through in a step, and four terms have all
+    // digits below 1e-3. A root costs as much as all else here.
+    let d = ratio - one;
+    let small = d.abs().below(L::splat(1e-3));
+    let series = L::splat(0.0625) - L::splat(5.0 / 128.0) * d;
+    let series = one + d * (L::splat(0.5) - d * (L::splat(0.125) - d * series));
+    let is_there = L::splat(0.0).below(is);
+    let mut stretch = L::pick(small, series, one);
+    let large = L::both(is_there, L::not(small));
+    if L::any(large) {
+        stretch = L::pick(large, ratio.sqrt(), stretch);
+    }
+    flat * L::pick(is_there, stretch, one)
 }
 
 /// What the Coulomb limit leaves.
-pub struct Cut {
+pub struct Cut<L: Lanes> {
     /// Spring, m.
-    pub spring: Vec3,
+    pub spring: Triple<L>,
     /// The dashpot's part of the force, N.
-    pub dash: Vec3,
+    pub dash: Triple<L>,
     /// Whole force against the motion, N.
-    pub force: Vec3,
+    pub force: Triple<L>,
     /// Whether anything was cut.
-    pub slips: bool,
+    pub slips: L::Mask,
 }
 
-/// Applies the Coulomb limit to a trial spring.
+/// Applies the Coulomb limit to a trial spring where the contact `touches`.
 #[inline(always)]
-pub fn cut(kind: Coulomb, pair: &Contact, trial: Vec3, slide: Vec3, limit: f64) -> Cut {
+pub fn cut<L: Lanes>(
+    kind: Coulomb,
+    pair: &Parameters<L>,
+    trial: Triple<L>,
+    slide: Triple<L>,
+    limit: L,
+    touches: L::Mask,
+) -> Cut<L> {
+    let (zero, one) = (L::splat(0.0), L::splat(1.0));
     let (pull, dash) = (trial * pair.kt, slide * pair.ct);
     let total = pull + dash;
     let limited = if kind == Coulomb::Sum { total } else { pull };
-    let square = limited.norm_squared();
-    let slips = square > limit * limit;
-    let part = if slips { limit / square.sqrt() } else { 1.0 };
+    let square = limited.dot(limited);
+    let slips = L::both(touches, (limit * limit).below(square));
+    if !L::any(slips) {
+        return Cut { spring: trial, dash, force: total, slips };
+    }
+    let part = L::pick(slips, limit / square.sqrt(), one);
     let force = limited * part;
     match kind {
         Coulomb::SpringThenDashpot => {
-            let dash = dash.map(|d| pick(!slips, d));
+            let dash = Triple::only(L::not(slips), dash);
             Cut { spring: trial * part, dash, force: force + dash, slips }
         }
         Coulomb::Spring => Cut { spring: trial * part, dash, force: force + dash, slips },
         Coulomb::Sum => {
-            let springs = pair.kt > 0.0;
-            let soft = if springs { pair.kt.recip() } else { 0.0 };
-            let left = (force - dash) * soft;
-            let spring = trial.zip_map(&left, |was, is| if slips && springs { is } else { was });
-            let dash = dash.zip_map(&force, |d, f| if slips && !springs { f } else { d });
+            let springs = zero.below(pair.soft);
+            let left = (force - dash) * pair.soft;
+            let spring = Triple::pick(L::both(slips, springs), left, trial);
+            let dash = Triple::pick(L::both(slips, L::not(springs)), force, dash);
             Cut { spring, dash, force, slips }
         }
     }
@@ -482,11 +580,15 @@ pub fn advance<K: Kind>(
     tally: &mut Tally,
 ) -> Reply {
     let old = book.recall::<K>(k);
-    let response = respond::<K>(rule, pair, approach, touches, &old);
+    let pair = Parameters::of(pair);
+    let Response { normal, tangent, past, taken } =
+        respond::<f64, K>(rule, &pair, approach, touches, &old);
     book.touching[k] = touches;
-    book.keep::<K>(k, &response.record);
-    *tally += response.tally;
-    response.reply
+    book.keep::<K>(k, &past);
+    tally.normal_dashpot += taken[0];
+    tally.tangential_dashpot += taken[1];
+    tally.slip += taken[2];
+    Reply { normal, tangent: tangent.into() }
 }
 
 #[cfg(test)]
@@ -530,7 +632,7 @@ mod tests {
             let flat = Vec3::new(old.x, old.y, 0.0);
             book.restore(0, Record { spring: flat, normal: Vec3::z(), ..Record::default() });
             let rule = Rule { law, advance: 1e-6, interval: 1e-6, bare_slip: false };
-            let approach = Approach { normal, overlap, velocity, spins: Vec3::zeros() };
+            let approach = Approach::new(normal, overlap, velocity, Vec3::zeros());
             let mut tally = Tally::default();
             let reply = for_kind!(KEPT, law, K => advance::<K>(
                 &rule, &pair, &approach, true, (&mut book.view(), 0), &mut tally,
@@ -553,7 +655,7 @@ mod tests {
             let normal = (Vec3::z() + tilt).normalize();
             let flat = Vec3::new(old.x, old.y, 0.0);
             prop_assume!(flat.norm() > 1e-8);
-            let turned = rescale(&flat, &normal);
+            let turned = Vec3::from(rescale::<f64>(flat.into(), normal.into()));
             prop_assert!((turned.norm() / flat.norm() - 1.0).abs() < 1e-12);
             prop_assert!(turned.dot(&normal).abs() < 1e-12 * flat.norm());
         }
@@ -571,12 +673,8 @@ mod tests {
                 let mut book = Book::open(1, KEPT);
                 let (spring, normal) = (turn(flat), turn(Vec3::z()));
                 book.restore(0, Record { spring, normal, ..Record::default() });
-                let approach = Approach {
-                    normal: turn((Vec3::z() + tilt).normalize()),
-                    overlap,
-                    velocity: turn(velocity),
-                    spins: turn(spins),
-                };
+                let normal = turn((Vec3::z() + tilt).normalize());
+                let approach = Approach::new(normal, overlap, turn(velocity), turn(spins));
                 let mut tally = Tally::default();
                 let reply = for_kind!(KEPT, law, K => advance::<K>(
                     &rule, &pair, &approach, true, (&mut book.view(), 0), &mut tally,
@@ -616,7 +714,7 @@ mod tests {
                     let (now, before) = (place(f64::from(i)), place(f64::from(i) - 1.0));
                     let velocity = (now - before) / step;
                     let approach =
-                        Approach { normal: Vec3::z(), overlap: -now.z, velocity, spins: Vec3::zeros() };
+                        Approach::new(Vec3::z(), -now.z, velocity, Vec3::zeros());
                     let mut tally = Tally::default();
                     let reply = for_kind!(KEPT, law, K => advance::<K>(
                     &rule, &pair, &approach, true, (&mut book.view(), 0), &mut tally,
@@ -646,12 +744,8 @@ mod tests {
             let rule = Rule { law, advance: 1e-6, interval: 1e-6, bare_slip: false };
             let mut forces = [1.0, -1.0].map(|side| {
                 let mut book = Book::open(1, KEPT);
-                let approach = Approach {
-                    normal: Vec3::x() * side,
-                    overlap,
-                    velocity: velocity * side,
-                    spins: Vec3::zeros(),
-                };
+                let approach =
+                    Approach::new(Vec3::x() * side, overlap, velocity * side, Vec3::zeros());
                 let mut tally = Tally::default();
                 let reply = for_kind!(KEPT, law, K => advance::<K>(
                     &rule, &pair, &approach, true, (&mut book.view(), 0), &mut tally,

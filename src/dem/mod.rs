@@ -38,13 +38,16 @@ mod bond;
 mod bond_law;
 mod bond_limit;
 mod checkpoint;
+mod compress;
 mod contacts;
+mod crew;
 mod drive;
 mod extra;
 mod far;
 mod far_tree;
 mod forces;
 mod guard;
+mod lanes;
 mod law;
 mod ledger;
 pub mod limit;
@@ -91,6 +94,7 @@ mod test_scenes;
 #[cfg(test)]
 mod test_servo;
 
+pub use compress::{Compressed, compress};
 pub use far::attraction;
 pub use far_tree::Pull;
 pub use limit::{Advice, advise};
@@ -182,7 +186,7 @@ pub fn simulate(
     drive::simulate(model, resume, job, observer)
 }
 
-/// Gap up to which pairs of spheres are listed, m.
+/// Gap up to which the first lists hold pairs of spheres, m.
 pub fn list_skin(model: &Model) -> f64 {
     setting::skin(model)
 }

@@ -9,8 +9,9 @@
 //! Single spheres have no orientation: nothing depends on it.
 //! O(N) a step; cannot fail.
 
+use super::crew::Crew;
 use super::setting::Setting;
-use super::state::State;
+use super::state::{Ball, Lightness, Load, State};
 use super::turn;
 use crate::model::Scheme;
 use crate::num::Vec3;
@@ -30,13 +31,13 @@ pub fn finish(setting: &Setting<'_>, state: &mut State) {
 /// Kick and drift to the place of the next force pass; before that the second half kick of
 /// the last step, if it is `owed`. True if some sphere has moved so far that the lists are no
 /// longer valid (or is nowhere).
-pub fn advance(setting: &Setting<'_>, state: &mut State, owed: bool) -> bool {
+pub fn advance(setting: &Setting<'_>, state: &mut State, crew: &Crew, owed: bool) -> bool {
     let step = setting.step;
     let kick = if setting.scheme == Scheme::Yade { step } else { 0.5 * step };
     state.step += 1;
     let room = room(setting, state);
     let owed = owed && setting.scheme != Scheme::Yade;
-    let mut far = move_alone(setting, state, kick, owed, room * room);
+    let mut far = move_alone(setting, state, crew, &Leap { kick, owed, square: room * room });
     if owed {
         kick_solids(setting, state, kick);
     }
@@ -61,7 +62,7 @@ pub fn advance(setting: &Setting<'_>, state: &mut State, owed: bool) -> bool {
 fn room(setting: &Setting<'_>, state: &State) -> f64 {
     let time = |step: u64| step as f64 * setting.step;
     let travel = setting.wall_travel(time(state.built_at), time(state.step));
-    (0.5 * setting.skin).min(setting.skin - travel)
+    (0.5 * state.skin).min(state.skin - travel)
 }
 
 /// False for NaN as well.
@@ -69,34 +70,70 @@ fn within(way: &Vec3, square: f64) -> bool {
     way.norm_squared() <= square
 }
 
-/// Kicks (twice if a kick is `owed`) and moves the balls that are bodies by themselves;
-/// true if one went too far.
-fn move_alone(
-    setting: &Setting<'_>,
-    state: &mut State,
+/// How balls that are bodies by themselves go on.
+struct Leap {
+    /// Time of a kick, s.
     kick: f64,
+    /// Whether to kick twice.
     owed: bool,
+    /// Square of the distance from the place of the last build that is allowed, m².
     square: f64,
-) -> bool {
+}
+
+/// Some balls with what belongs to them.
+struct Flock<'a> {
+    balls: &'a mut [Ball],
+    /// Empty if nothing turns.
+    spins: &'a mut [Vec3],
+    loads: &'a [Load],
+    light: &'a [Lightness],
+    built: &'a [Vec3],
+    /// Whether one went too far.
+    far: bool,
+}
+
+/// Spheres that a thread moves at a time.
+const FLOCK: usize = 1024;
+
+/// Kicks and moves the balls that are bodies by themselves; true if one went too far.
+fn move_alone(setting: &Setting<'_>, state: &mut State, crew: &Crew, leap: &Leap) -> bool {
+    // Without rotation no chunks: every flock gets none.
+    let mut spins = state.spins.chunks_mut(FLOCK);
+    let fixed = state.loads.chunks(FLOCK).zip(state.light.chunks(FLOCK));
+    let mut flocks: Vec<Flock<'_>> = state
+        .balls
+        .chunks_mut(FLOCK)
+        .zip(fixed.zip(state.built.chunks(FLOCK)))
+        .map(|(balls, ((loads, light), built))| {
+            let spins = spins.next().unwrap_or_default();
+            Flock { balls, spins, loads, light, built, far: false }
+        })
+        .collect();
+    crew.share(&mut flocks, &mut vec![(); crew.size()], |flock, ()| fly(setting, flock, leap));
+    flocks.iter().any(|flock| flock.far)
+}
+
+fn fly(setting: &Setting<'_>, flock: &mut Flock<'_>, leap: &Leap) {
     let (gravity, step) = (setting.gravity, setting.step);
-    let mut far = false;
-    let fixed = state.loads.iter().zip(&state.light).zip(&state.built);
-    for (ball, ((load, light), built)) in state.balls.iter_mut().zip(fixed) {
+    let fixed = flock.loads.iter().zip(flock.light).zip(flock.built);
+    for (ball, ((load, light), built)) in flock.balls.iter_mut().zip(fixed) {
         if ball.alone {
-            let gain = (load.force * light.mass + gravity) * kick;
-            if owed {
+            let gain = (load.force * light.mass + gravity) * leap.kick;
+            if leap.owed {
                 ball.velocity += gain;
             }
             ball.velocity += gain;
             ball.place += ball.velocity * step;
-            far |= !within(&(ball.place - built), square);
+            flock.far |= !within(&(ball.place - built), leap.square);
         }
     }
-    if owed {
-        kick_spins(setting, state, kick);
+    for (spin, (load, light)) in flock.spins.iter_mut().zip(flock.loads.iter().zip(flock.light)) {
+        let gain = load.torque * (light.inertia * leap.kick);
+        if leap.owed {
+            *spin += gain;
+        }
+        *spin += gain;
     }
-    kick_spins(setting, state, kick);
-    far
 }
 
 fn kick_alone(setting: &Setting<'_>, state: &mut State, span: f64) {

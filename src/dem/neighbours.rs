@@ -13,6 +13,7 @@
 //! Where contacts are looked for along the path of a step (`path_averaged`), the
 //! gap may be larger by twice the way w of half a step, and a sphere must be within
 //! s/2 + w of where it was at the build at both ends of the step.
+//! The skin follows the motion: see [`next_skin`].
 //! In a periodic box bodies are brought home first, each sphere also looks from its images near
 //! the other side, and a pair is listed at its nearest image only.
 //! Tangential springs go over to the new lists by the spheres' numbers.
@@ -20,7 +21,7 @@
 //! land in some cell and are caught by the guard.
 
 use super::law::{Book, Record};
-use super::setting::Setting;
+use super::setting::{FIRST_SKIN, MOST_SKIN, Setting};
 use super::state::{Ball, List, State};
 use super::surface;
 use crate::geometry::Cell;
@@ -30,15 +31,21 @@ use crate::num::Vec3;
 /// More levels than any range of sizes needs (2^40).
 const LEVELS: u32 = 40;
 
+/// Rows of cells side by side in a column.
+const WIDE: usize = 8;
+
 /// Builds all lists anew.
 pub fn rebuild(setting: &Setting<'_>, state: &mut State) {
     let time = setting.pass_time(state.step);
     let memory = Memory::of(state);
+    if state.rebuilds > 0 {
+        state.skin = next_skin(setting, state);
+    }
     if let Some(cell) = &setting.model.periodic {
         bring_home(setting, state, cell);
     }
     state.sweep = sweep(setting, state);
-    let grid = Grid::new(&state.balls, &state.order, setting.skin);
+    let grid = Grid::new(&state.balls, &state.order, state.skin);
     permute(state, &grid);
     // What touches is in `memory`: the old lists go before the new ones come.
     (state.pairs, state.planes, state.faces) = Default::default();
@@ -48,6 +55,23 @@ pub fn rebuild(setting: &Setting<'_>, state: &mut State) {
     state.built = state.balls.iter().map(|ball| ball.place).collect();
     state.built_at = state.step;
     state.rebuilds += 1;
+}
+
+/// The skin that costs least if spheres go on as they went since the last build, m. Where the
+/// farthest goes v a step, a skin s lasts for n = s/(2 v) steps of time t each; a pair in it costs 0.2 t and
+/// there are 5 s/r such pairs a sphere (r the median radius; measured in beds); a build costs
+/// 15 t. The sum of both a step, s/r + 15/n, is least at s = √(30 v r).
+/// Within 0.02 r and 0.3 r, and a factor of 2.
+fn next_skin(setting: &Setting<'_>, state: &State) -> f64 {
+    let lasted = (state.step - state.built_at).max(1) as f64;
+    let ways = state.balls.iter().zip(&state.built).map(|(ball, built)| ball.place - built);
+    let far = ways.map(|way| way.norm_squared()).fold(0.0, f64::max).sqrt();
+    let time = |step: u64| step as f64 * setting.step;
+    let walls = setting.wall_travel(time(state.built_at), time(state.step));
+    let radius = setting.skin / FIRST_SKIN;
+    let best = (15.0 * radius * walls.max(2.0 * far) / lasted).sqrt();
+    let near = best.clamp(0.5 * state.skin, 2.0 * state.skin);
+    near.clamp(0.02 * radius, MOST_SKIN * radius)
 }
 
 /// Moves bodies whose centre of mass has left a periodic box to their image in it.
@@ -192,7 +216,15 @@ impl Level {
 
     fn cell_of(&self, place: &Vec3) -> u32 {
         let [x, y, z] = [0, 1, 2].map(|axis| self.along(axis, place[axis]));
-        (x + self.size[0] * (y + self.size[1] * z)) as u32
+        (x + self.row(y, z)) as u32
+    }
+
+    /// First cell of a row along x. Rows are numbered upwards in columns of [`WIDE`] rows, so that
+    /// what lies above is near in memory too.
+    fn row(&self, y: usize, z: usize) -> usize {
+        let first = y / WIDE * WIDE;
+        let wide = WIDE.min(self.size[1] - first);
+        self.size[0] * (first * self.size[2] + z * wide + y - first)
     }
 
     /// Whether the box between two corners meets the cells.
@@ -209,7 +241,7 @@ impl Level {
         let to: [usize; 3] = std::array::from_fn(|axis| self.along(axis, high[axis]));
         for z in from[2]..=to[2] {
             for y in from[1]..=to[1] {
-                let row = self.size[0] * (y + self.size[1] * z);
+                let row = self.row(y, z);
                 visit(self.start[row + from[0]], self.start[row + to[0] + 1]);
             }
         }
@@ -289,7 +321,7 @@ fn permute(state: &mut State, grid: &Grid) {
 
 fn pairs(setting: &Setting<'_>, state: &State, grid: &Grid, memory: &[(u64, Record)]) -> List {
     let balls = &state.balls;
-    let skin = setting.skin + 2.0 * state.sweep;
+    let skin = state.skin + 2.0 * state.sweep;
     let mut start = Vec::with_capacity(balls.len() + 1);
     let mut partner = Vec::with_capacity(4 * balls.len());
     start.push(0);
@@ -389,7 +421,7 @@ fn from_images(
 
 fn planes(setting: &Setting<'_>, state: &State, time: f64, memory: &[(u64, Record)]) -> List {
     let now = setting.planes_at(time);
-    let skin = setting.skin + 2.0 * state.sweep;
+    let skin = state.skin + 2.0 * state.sweep;
     listed(setting, state, memory, |ball, found| {
         for (index, plane) in now.iter().enumerate() {
             let distance = (ball.place - plane.point).dot(&plane.normal).abs();
@@ -408,7 +440,7 @@ fn faces(setting: &Setting<'_>, state: &State, time: f64, memory: &[(u64, Record
     let mut now = Vec::new();
     faces_at(setting, time, &mut now);
     let largest = state.balls.iter().map(|ball| ball.radius).fold(0.0, f64::max);
-    let skin = setting.skin + 2.0 * state.sweep;
+    let skin = state.skin + 2.0 * state.sweep;
     let bins = Bins::new(&now, 2.0 * largest + skin, count + state.balls.len());
     listed(setting, state, memory, |ball, found| {
         let range = ball.radius + skin;
@@ -429,7 +461,13 @@ pub fn face_at(setting: &Setting<'_>, face: usize, time: f64) -> [Vec3; 3] {
 /// Corners of all triangles at `time`, s.
 pub fn faces_at(setting: &Setting<'_>, time: f64, faces: &mut Vec<[Vec3; 3]>) {
     faces.clear();
-    faces.extend((0..setting.surfaces.start.len()).map(|face| face_at(setting, face, time)));
+    let walls = 0..setting.model.walls.len();
+    let places: Vec<_> = walls.map(|wall| setting.wall_at(wall, time)).collect();
+    let surfaces = &setting.surfaces;
+    faces.extend(surfaces.start.iter().zip(&surfaces.wall).map(|(corners, wall)| {
+        let place = &places[*wall as usize];
+        corners.map(|corner| place(&corner))
+    }));
 }
 
 /// A list of what `find` finds for each ball, with remembered contacts.

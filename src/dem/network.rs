@@ -31,7 +31,7 @@ use super::bond_limit;
 use super::neighbours;
 use super::servo;
 use super::setting::Setting;
-use super::state::State;
+use super::state::{State, is_alone};
 use super::surface;
 use crate::model::{Body, Contact, Scheme};
 use crate::num::random;
@@ -122,13 +122,16 @@ impl Stepping {
 
     /// k(Δt); `step` may be infinite for k alone.
     pub fn effective(&self, strand: &Strand, step: f64) -> f64 {
-        let (k, c) = (strand.stiffness, strand.dashpot);
+        let ease = || strand.mine.norm_squared() + strand.other.norm_squared();
+        self.stiffness(strand.stiffness, strand.dashpot, ease, step)
+    }
+
+    /// The same for stiffness k, dashpot c and |u|².
+    #[inline(always)]
+    fn stiffness(&self, k: f64, c: f64, ease: impl Fn() -> f64, step: f64) -> f64 {
         let value = match self.implicit {
             _ if c == 0.0 || step.is_infinite() => k,
-            true => {
-                let ease = strand.mine.norm_squared() + strand.other.norm_squared();
-                (k + 4.0 * c / step) / (1.0 + step * c * ease)
-            }
+            true => (k + 4.0 * c / step) / (1.0 + step * c * ease()),
             false => k + 2.0 * c / step,
         };
         value * self.amplified
@@ -281,14 +284,14 @@ impl<'a> Network<'a> {
     fn block(&self, step: f64, enough: f64) -> (f64, u32) {
         let count = self.setting.model.bodies.len();
         let mut traces = vec![0.0; count];
-        self.each(|link, strands| {
-            for strand in strands {
-                let k = self.stepping.effective(strand, step);
-                let [first, second] = weights(strand);
-                traces[link.bodies.0 as usize] += first * k * strand.mine.norm_squared();
-                if let Some(other) = link.bodies.1 {
-                    traces[other as usize] += second * k * strand.other.norm_squared();
-                }
+        each_link(self.setting, self.state, self.time, |link| {
+            if link.normal == Vec3::zeros() {
+                return;
+            }
+            let parts = self.round_trace(&link, step).unwrap_or_else(|| self.trace(&link, step));
+            traces[link.bodies.0 as usize] += parts[0];
+            if let Some(other) = link.bodies.1 {
+                traces[other as usize] += parts[1];
             }
         });
         self.each_bond(|body, strand| {
@@ -336,6 +339,59 @@ impl<'a> Network<'a> {
         best
     }
 
+    /// What a contact adds to the traces of its bodies.
+    fn trace(&self, link: &Link<'_>, step: f64) -> [f64; 2] {
+        let mut parts = [0.0; 2];
+        for strand in &self.strands(link) {
+            let k = self.stepping.effective(strand, step);
+            let [first, second] = weights(strand);
+            parts[0] += first * k * strand.mine.norm_squared();
+            parts[1] += second * k * strand.other.norm_squared();
+        }
+        parts
+    }
+
+    /// The same between spheres that are bodies by themselves, whose arms lie along the
+    /// normal: |a|² is 1/m along the normal and 1/m + r²/I along both tangents.
+    fn round_trace(&self, link: &Link<'_>, step: f64) -> Option<[f64; 2]> {
+        if self.setting.planar {
+            return None;
+        }
+        let ease = |body: u32, arm: &Vec3| {
+            let alone = is_alone(self.setting, body as usize);
+            let body = &self.setting.model.bodies[body as usize];
+            let light = 1.0 / body.mass;
+            alone.then(|| [light, light + arm.norm_squared() / body.inertia.z])
+        };
+        let mine = ease(link.bodies.0, &link.arms[0])?;
+        let other = match link.bodies.1 {
+            Some(body) => ease(body, &link.arms[1])?,
+            None => [0.0; 2],
+        };
+        let law = link.law;
+        let (kt, ct) = if law.friction > 0.0 { (law.kt, law.ct) } else { (0.0, 0.0) };
+        let mut parts = [0.0; 2];
+        for (way, (k, c), times) in [(0, (law.kn, law.cn), 1.0), (1, (kt, ct), 2.0)] {
+            let (a, b) = (mine[way], other[way]);
+            let k = times * self.stepping.stiffness(k, c, || a + b, step);
+            let both = (a * b).sqrt();
+            parts[0] += k * (a + both);
+            parts[1] += k * (b + both);
+        }
+        Some(parts)
+    }
+
+    /// The three directions of a contact.
+    fn strands(&self, link: &Link<'_>) -> [Strand; 3] {
+        let bodies = &self.setting.model.bodies;
+        let turn = |body: u32| turn_of(self.setting, self.state, body);
+        let first = turn(link.bodies.0);
+        let second = link.bodies.1.map(turn);
+        let other =
+            link.bodies.1.zip(second.as_ref()).map(|(body, turn)| (&bodies[body as usize], turn));
+        strands((&bodies[link.bodies.0 as usize], &first), other, link, self.setting.planar)
+    }
+
     /// Calls `visit` for every body of every bond: springs that already count for a body alone.
     fn each_bond(&self, mut visit: impl FnMut(u32, &Strand)) {
         if self.setting.needs.bonds {
@@ -349,21 +405,10 @@ impl<'a> Network<'a> {
 
     /// Calls `visit` for every contact.
     fn each(&self, mut visit: impl FnMut(&Link<'_>, &[Strand; 3])) {
-        let bodies = &self.setting.model.bodies;
         each_link(self.setting, self.state, self.time, |link| {
-            if link.normal == Vec3::zeros() {
-                return;
+            if link.normal != Vec3::zeros() {
+                visit(&link, &self.strands(&link));
             }
-            let turn = |body: u32| turn_of(self.setting, self.state, body);
-            let first = turn(link.bodies.0);
-            let second = link.bodies.1.map(turn);
-            let other = link
-                .bodies
-                .1
-                .zip(second.as_ref())
-                .map(|(body, turn)| (&bodies[body as usize], turn));
-            let of = (&bodies[link.bodies.0 as usize], &first);
-            visit(&link, &strands(of, other, &link, self.setting.planar));
         });
     }
 }

@@ -26,7 +26,7 @@ pub struct Setting<'a> {
     pub gravity: Vec3,
     /// Time step, s.
     pub step: f64,
-    /// Distance added to the range of candidate lists, m.
+    /// Distance added to the range of the first candidate lists, m.
     pub skin: f64,
     /// Arrays that contacts keep.
     pub kept: Kept,
@@ -133,10 +133,16 @@ impl<'a> Setting<'a> {
     /// Where the point of wall `wall` is at `time` that was at `point` at time 0; walls that
     /// oscillate or seek a force are where they were placed last.
     pub fn wall_place(&self, wall: usize, point: &Vec3, time: f64) -> Vec3 {
-        match self.model.walls[wall].motion {
-            Motion::Oscillate { .. } | Motion::Servo { .. } => point + self.walls[wall].shift,
-            motion => motion.place(point, time),
-        }
+        self.wall_at(wall, time)(point)
+    }
+
+    /// [`Setting::wall_place`] for many points.
+    pub fn wall_at(&self, wall: usize, time: f64) -> impl Fn(&Vec3) -> Vec3 + '_ {
+        let motion = &self.model.walls[wall].motion;
+        let place = motion.at(time);
+        let placed = matches!(motion, Motion::Oscillate { .. } | Motion::Servo { .. });
+        let shift = self.walls[wall].shift;
+        move |point| if placed { point + shift } else { place(point) }
     }
 
     /// Time of the force pass that belongs to step `step`, s: the middle of the step
@@ -172,6 +178,11 @@ impl<'a> Setting<'a> {
     #[inline(always)]
     pub fn pair(&self, a: u16, b: u16) -> &Contact {
         &self.table[a as usize * self.materials + b as usize]
+    }
+
+    /// Parameters between all spheres, where there is one material.
+    pub fn only_law(&self) -> Option<Contact> {
+        (self.materials == 1).then(|| self.table[0])
     }
 
     /// The same with the stiffness of attraction and rolling added, for the step limit.
@@ -256,8 +267,13 @@ pub fn wall_spin(motion: &Motion) -> Vec3 {
     }
 }
 
-/// 0.15 of the median radius: flat optimum for beds (0.1) and flows (0.2).
+/// Skin of the first lists over the median radius: flat optimum for beds (0.05) and flows (0.2).
+pub const FIRST_SKIN: f64 = 0.15;
+/// Largest skin over the median radius.
+pub const MOST_SKIN: f64 = 0.3;
+
+/// Skin of the first lists, m.
 pub fn skin(model: &Model) -> f64 {
     let radii: Vec<f64> = model.spheres.iter().map(|sphere| sphere.radius).collect();
-    0.15 * crate::num::statistics::median(&radii).unwrap_or(0.0)
+    FIRST_SKIN * crate::num::statistics::median(&radii).unwrap_or(0.0)
 }

@@ -2,6 +2,7 @@
 
 use super::bond::Bonds;
 use super::extra::Links;
+use super::lanes::Line;
 use super::law::Book;
 use super::ledger::Ledger;
 use super::lost::Leavers;
@@ -11,6 +12,7 @@ use super::turn;
 use crate::model::{BodyState, Frame, Scheme};
 use crate::num::{Rotation, Vec3};
 use serde::{Deserialize, Serialize};
+use std::ops::AddAssign;
 
 /// What pair forces need of a sphere: one cache line, centre and radius side by side.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -28,6 +30,19 @@ pub struct Ball {
     pub material: u16,
     /// True if the ball is a body by itself.
     pub alone: bool,
+    /// Fills the line.
+    pub spare: u8,
+}
+
+impl Ball {
+    /// Centre, radius, velocity, and a last number that means nothing.
+    #[inline(always)]
+    pub fn line(&self) -> &Line {
+        const { assert!(size_of::<Ball>() == size_of::<Line>()) };
+        // SAFETY: both are 64 bytes on a line of the cache without gaps between fields, and
+        // any bits are a number.
+        unsafe { &*std::ptr::from_ref(self).cast() }
+    }
 }
 
 /// Contact force and torque about the centre of a sphere.
@@ -37,6 +52,14 @@ pub struct Load {
     pub force: Vec3,
     /// Torque, N m.
     pub torque: Vec3,
+}
+
+impl AddAssign for Load {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        self.force += other.force;
+        self.torque += other.torque;
+    }
 }
 
 /// Inverse mass properties of a ball that is a body by itself.
@@ -110,6 +133,8 @@ pub struct State {
     pub built_at: u64,
     /// Times the lists were built.
     pub rebuilds: u64,
+    /// Distance that the range of the lists is longer than contact, m.
+    pub skin: f64,
     /// How far spheres and walls went in half a step when the lists were built, m;
     /// 0 where only the places of a force pass matter.
     pub sweep: f64,
@@ -145,6 +170,7 @@ impl State {
             built: Vec::new(),
             built_at: 0,
             rebuilds: 0,
+            skin: setting.skin,
             sweep: 0.0,
             gone: Leavers::default(),
             servos: match setting.needs.servo_walls {
@@ -170,6 +196,7 @@ impl State {
                     body: index as u32,
                     material: body.material,
                     alone,
+                    spare: 0,
                 });
                 state.light.push(Lightness {
                     mass: if alone { 1.0 / body.mass } else { 0.0 },

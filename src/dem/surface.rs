@@ -128,6 +128,14 @@ impl Surfaces {
     }
 }
 
+/// True only if the plane of triangle `corners` is farther than `radius` from `p`.
+#[inline]
+pub fn misses(p: &Vec3, radius: f64, [a, b, c]: &[Vec3; 3]) -> bool {
+    let area = (b - a).cross(&(c - a));
+    let height = (p - a).dot(&area);
+    height * height > radius * radius * area.norm_squared() * (1.0 + 1e-9)
+}
+
 /// The point of triangle `corners` closest to `p`, and where it lies.
 #[inline]
 pub fn closest(p: &Vec3, corners: &[Vec3; 3]) -> (Vec3, Feature) {

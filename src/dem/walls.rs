@@ -11,9 +11,9 @@ use crate::num::Vec3;
 
 /// A sphere at a wall: what the wall is there.
 struct Spot {
-    /// From the wall to the centre of the sphere, m.
-    away: Vec3,
-    /// Length of it.
+    /// Unit vector from the wall to the centre of the sphere.
+    normal: Vec3,
+    /// Distance between them, m.
     distance: f64,
     /// Velocity of the wall there, m/s.
     velocity: Vec3,
@@ -36,7 +36,7 @@ fn at_wall<K: Kind>(
     tally: &mut Tally,
 ) {
     let ball = &field.balls[slot];
-    let normal = spot.away / spot.distance;
+    let normal = spot.normal;
     let overlap = ball.radius - spot.distance;
     let arm = ball.radius - overlap * spot.share;
     let mut velocity = ball.velocity - spot.velocity;
@@ -50,7 +50,7 @@ fn at_wall<K: Kind>(
         }
     }
     let law = field.setting.pair(ball.material, spot.material);
-    let approach = Approach { normal, overlap, velocity, spins };
+    let approach = Approach::new(normal, overlap, velocity, spins);
     let Reply { normal: size, tangent } =
         law::advance::<K>(field.rule, law, &approach, spot.touches, (book, k), tally);
     if !spot.touches {
@@ -85,7 +85,7 @@ pub fn on_planes<K: Kind>(
         }
         let away = plane.normal * height;
         let spot = Spot {
-            away,
+            normal: plane.normal * 1f64.copysign(height),
             distance: height.abs(),
             velocity: plane.motion.velocity(&(ball.place - away)),
             spin: wall_spin(&plane.motion),
@@ -121,7 +121,7 @@ pub fn on_faces<K: Kind>(
     hits: &mut Vec<Hit>,
 ) {
     let ball = &field.balls[slot];
-    find_hits(field, ball, partners, hits);
+    find_hits(field, ball, partners, &book.touching[base..], hits);
     if K::FRICTION {
         if K::DAMPING {
             hand_over::<true>(field, partners, base, book, hits);
@@ -137,9 +137,10 @@ pub fn on_faces<K: Kind>(
         let (wall, motion) =
             (&field.setting.model.walls[number], &field.setting.walls[number].motion);
         let away = ball.place - hit.point;
+        let distance = away.norm();
         let spot = Spot {
-            away,
-            distance: away.norm(),
+            normal: away * distance.recip(),
+            distance,
             velocity: motion.velocity(&hit.point),
             spin: wall_spin(motion),
             material: wall.material,
@@ -151,11 +152,22 @@ pub fn on_faces<K: Kind>(
 }
 
 /// Closest points, and which triangles touch under the rule of [`surface`].
-fn find_hits(field: &Field<'_>, ball: &Ball, partners: &[u32], hits: &mut Vec<Hit>) {
+fn find_hits(
+    field: &Field<'_>,
+    ball: &Ball,
+    partners: &[u32],
+    touching: &[bool],
+    hits: &mut Vec<Hit>,
+) {
     let surfaces = &field.setting.surfaces;
     hits.clear();
     for (at, partner) in partners.iter().enumerate() {
-        let (point, feature) = surface::closest(&ball.place, &field.faces[*partner as usize]);
+        let corners = &field.faces[*partner as usize];
+        if !touching[at] && surface::misses(&ball.place, ball.radius, corners) {
+            hits.push(Hit { point: ball.place, touches: false, inherits: false });
+            continue;
+        }
+        let (point, feature) = surface::closest(&ball.place, corners);
         let near = (ball.place - point).norm_squared() <= ball.radius * ball.radius;
         let touches = near
             && surfaces.acts(*partner as usize, feature)

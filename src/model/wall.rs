@@ -90,17 +90,27 @@ pub enum Motion {
 impl Motion {
     /// Where the wall point that was at `point` at time 0 is at `time`, s; of a servo wall where it was.
     pub fn place(&self, point: &Vec3, time: f64) -> Vec3 {
+        self.at(time)(point)
+    }
+
+    /// [`Motion::place`] for many points at one time, s.
+    pub fn at(&self, time: f64) -> impl Fn(&Vec3) -> Vec3 + use<> {
+        let (mut centre, mut turn, mut shift) =
+            (Vec3::zeros(), Rotation::identity(), Vec3::zeros());
+        let turns = matches!(self, Self::Rotate { .. });
         match self {
-            Self::Still | Self::Servo { .. } => *point,
+            Self::Still | Self::Servo { .. } => {}
             Self::Oscillate { amplitude, frequency, phase } => {
                 let angle = TAU * frequency * time + phase;
-                point + amplitude * (angle.sin() - phase.sin())
+                shift = amplitude * (angle.sin() - phase.sin());
             }
-            Self::Translate { velocity } => point + velocity * time,
+            Self::Translate { velocity } => shift = velocity * time,
             Self::Rotate { origin, axis, rate } => {
-                let turn = Rotation::from_scaled_axis(axis * (rate * time));
-                origin + turn * (point - origin)
+                (centre, turn) = (*origin, Rotation::from_scaled_axis(axis * (rate * time)));
             }
+        }
+        move |point| {
+            if turns { centre + turn * (point - centre) } else { point + shift }
         }
     }
 

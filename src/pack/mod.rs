@@ -6,6 +6,7 @@
 pub mod apollonian;
 pub mod array;
 pub mod bed;
+pub mod compression;
 pub mod control_points;
 pub mod digital;
 mod dress;
@@ -49,6 +50,7 @@ pub mod zones;
 pub use apollonian::Apollonian;
 pub use array::Array;
 pub use bed::{Bed, Push, Spheres};
+pub use compression::Compression;
 pub use control_points::ControlPoints;
 pub use digital::Digital;
 pub use drop_and_roll::DropAndRoll;
@@ -115,6 +117,8 @@ pub enum Method {
     MovingBoundary(MovingBoundary),
     /// The densest random packing of grains of given proportions.
     ForceBiased(ForceBiased),
+    /// Grains that our own DEM compresses to a stress, a porosity or a coordination number.
+    Compression(Compression),
     /// Grains of cells that wander cell by cell.
     Digital(Digital),
     /// Bodies of surface points that move along random unit vectors.
@@ -212,6 +216,13 @@ pub const METHODS: &[MethodEntry] = &[
         example: r#"packing.force_biased = { sizes = "densest" }"#,
     },
     MethodEntry {
+        key: "compression",
+        id: "DEM",
+        summary: "our own DEM compresses grains evenly to a stress, a porosity or a coordination number, with a friction of its own for dense or loose states",
+        source: "Cundall & Strack 1979; Thornton 2000",
+        example: r#"packing.compression = { until.stress = "10 kPa", friction = 0.5 }"#,
+    },
+    MethodEntry {
         key: "digital",
         id: "P7",
         summary: "container and grains as cells of a lattice; any shape wanders cell by cell, turns, and rebounds",
@@ -287,6 +298,7 @@ impl Method {
             Self::ExplosiveRepulsion(_) => "explosive_repulsion",
             Self::MovingBoundary(_) => "moving_boundary",
             Self::ForceBiased(_) => "force_biased",
+            Self::Compression(_) => "compression",
             Self::Digital(_) => "digital",
             Self::ControlPoints(_) => "control_points",
             Self::Replace(_) => "replace",
@@ -308,6 +320,7 @@ impl Method {
             Self::ExplosiveRepulsion(parameters) => parameters.validate(),
             Self::MovingBoundary(parameters) => parameters.validate(),
             Self::ForceBiased(parameters) => parameters.validate(),
+            Self::Compression(parameters) => parameters.validate(),
             Self::Digital(parameters) => parameters.validate(),
             Self::ControlPoints(parameters) => parameters.validate(),
             Self::Replace(parameters) => parameters.validate(),
@@ -369,6 +382,10 @@ pub fn pack(
         Method::ExplosiveRepulsion(parameters) => parameters.lay(grains, region, seed, job),
         Method::MovingBoundary(parameters) => parameters.lay(grains, region, seed, job),
         Method::ForceBiased(parameters) => parameters.lay(grains, region, seed, job),
+        Method::Compression(_) => {
+            let problem = "is done by the DEM, which this function stands before";
+            Err(Fault::new("compression", problem, "a scene, through its road"))
+        }
         Method::Digital(parameters) => parameters.lay(grains, region, seed, job),
         Method::ControlPoints(parameters) => parameters.lay(grains, region, seed, job),
         Method::Replace(parameters) => {
@@ -389,6 +406,11 @@ fn measured(mut laid: Laid, grains: &[Grain], region: &Region) -> Packing {
     let measures = measure::measure(&laid.placements, grains, region);
     let Laid { placements, dropped, outcome } = laid;
     Packing { placements, dropped, outcome, measures }
+}
+
+/// A fault for a porosity of `region` that no random packing of `grains` has.
+pub fn possible(grains: &[Grain], region: &Region, porosity: f64) -> Result<(), Fault> {
+    target::Target::of(grains, region, Some(porosity)).map(drop)
 }
 
 /// Places grains one by one where there is no container. The porosity is that

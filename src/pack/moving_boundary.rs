@@ -11,7 +11,7 @@
 //! in place the walls go on, overlaps remain, and the outcome says where it jammed.
 
 use super::radius_expansion::{balls_of, ending};
-use super::soft::{Rest, Soft};
+use super::soft::{Relaxed, Rest, Soft};
 use super::space::Space;
 use super::target::{Target, validate_porosity};
 use super::{Grain, Laid, Turn, dress, scatter};
@@ -97,26 +97,56 @@ impl MovingBoundary {
         let dimension = region.dimension();
         let moves = self.moves(dimension).map_err(here)?;
         let target = Target::of(grains, region, self.porosity).map_err(here)?;
-        let last = region.bounds();
-        let grown = (target.fraction / self.start).max(1.0);
-        let first = widened(&last, &moves, grown, dimension);
-        let mut space = Space::of(region);
-        space.bounds = first;
-        let Some((centres, _)) = scatter::apart(&space, &target.radii, 1000, seed) else {
+        let space = Space::of(region);
+        let Some(pressed) = self.press(&space, &moves, &target.radii, target.fraction, seed, job)
+        else {
             return Err(here(scatter::no_inside()));
         };
-        let mut soft = Soft::new(space, centres, target.radii.clone());
+        let mut why = ending(&pressed.soft, &pressed.relaxed, region, target.closest);
+        if let Some(fraction) = pressed.jammed_at.filter(|_| pressed.relaxed.rest != Rest::Apart) {
+            why.push_str(&format!("; forces first balanced at solid fraction {fraction:.4}"));
+        }
+        let way: Vec<String> =
+            pressed.way.iter().take(dimension).map(|way| format!("{:.1}", 100.0 * way)).collect();
+        let (beside, middle) = pressed.fractions;
+        why.push_str(&format!(
+            "; walls moved by {} % of the container; solid fraction {beside:.3} beside them, {middle:.3} in the middle",
+            way.join(", ")
+        ));
+        let turn = self.orientation;
+        let balls = balls_of(&pressed.soft);
+        Ok(dress::laid(grains, &target.wanted, &balls, Vec::new(), dimension, turn, seed, &why))
+    }
+
+    /// Balls of `radii` [m], which fill `fraction` of the box `space`, pressed into it by the walls
+    /// `moves[axis][side]`; `None` if it has no inside.
+    pub fn press<'a>(
+        &self,
+        space: &Space<'a>,
+        moves: &[[bool; 2]; 3],
+        radii: &[f64],
+        fraction: f64,
+        seed: u64,
+        job: &Job,
+    ) -> Option<Pressed<'a>> {
+        let (last, dimension) = (space.bounds, space.dimension);
+        let grown = (fraction / self.start).max(1.0);
+        let first = widened(&last, moves, grown, dimension);
+        let mut space = *space;
+        space.bounds = first;
+        let (centres, _) = scatter::apart(&space, radii, 1000, seed)?;
+        let mut soft = Soft::new(space, centres, radii.to_vec());
         let stages = ((grown.ln() / self.strain).ceil() as u64).max(1);
         let (mut left, mut jammed_at) = (self.steps, None);
         for stage in 1..=stages {
             // Equal strain a step: most of the way is covered while balls are still loose.
             let volume = grown.powf(1.0 - stage as f64 / stages as f64);
-            soft.space.bounds = widened(&last, &moves, volume, dimension);
+            soft.space.bounds = widened(&last, moves, volume, dimension);
             soft.forget_pairs();
             let relaxed = soft.relax(10.0 * self.overlap, 1e-2, left.min(300), job);
             left -= relaxed.steps;
             if relaxed.rest == Rest::Jammed && jammed_at.is_none() {
-                jammed_at = Some(target.fraction / volume);
+                jammed_at = Some(fraction / volume);
             }
             job.report("wall steps", stage, stages);
             if job.is_cancelled() {
@@ -125,22 +155,27 @@ impl MovingBoundary {
         }
         let mut relaxed = soft.relax(self.overlap, 1e-5, left, job);
         relaxed.steps += self.steps - left;
-        let (beside, middle) = evenness(&soft, &moves, &target.radii);
-        let mut why = ending(&soft, &relaxed, region, target.closest);
-        if let Some(fraction) = jammed_at.filter(|_| relaxed.rest != Rest::Apart) {
-            why.push_str(&format!("; forces first balanced at solid fraction {fraction:.4}"));
-        }
-        let way: Vec<String> = (0..dimension)
-            .map(|axis| format!("{:.1}", 100.0 * (first.size()[axis] / last.size()[axis] - 1.0)))
-            .collect();
-        why.push_str(&format!(
-            "; walls moved by {} % of the container; solid fraction {beside:.3} beside them, {middle:.3} in the middle",
-            way.join(", ")
-        ));
-        let turn = self.orientation;
-        let balls = balls_of(&soft);
-        Ok(dress::laid(grains, &target.wanted, &balls, Vec::new(), dimension, turn, seed, &why))
+        let fractions = evenness(&soft, moves, radii);
+        let way = std::array::from_fn(|axis| match axis < dimension {
+            true => first.size()[axis] / last.size()[axis] - 1.0,
+            false => 0.0,
+        });
+        Some(Pressed { soft, relaxed, jammed_at, way, fractions })
     }
+}
+
+/// Balls between walls that have moved, and the three faults of it as figures.
+pub struct Pressed<'a> {
+    /// Balls where they are now.
+    pub soft: Soft<'a>,
+    /// How they came to rest; its steps are all steps.
+    pub relaxed: Relaxed,
+    /// Solid fraction at which forces balanced first, if they did.
+    pub jammed_at: Option<f64>,
+    /// How far the walls moved along each axis over the edge of the container.
+    pub way: [f64; 3],
+    /// Solid fraction one to three mean radii off the walls that moved, and farther than three from all walls.
+    pub fractions: (f64, f64),
 }
 
 /// The box with `volume` times the volume, wider on the sides that move.

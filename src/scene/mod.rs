@@ -5,6 +5,7 @@
 mod bonding;
 pub mod build;
 pub mod comparing;
+mod compressing;
 pub mod drawing;
 pub mod file;
 pub mod grading;

@@ -25,7 +25,15 @@ impl Road {
                 scene.seed,
                 scene.dimension,
                 scene.container.as_ref().map(|c| &c.shape),
-                scene.packing
+                scene.packing,
+                // What the DEM of a compression depends on.
+                matches!(scene.packing, pack::Method::Compression(_)).then_some((
+                    &scene.materials,
+                    &scene.contact,
+                    &scene.pairs,
+                    &scene.walls,
+                    &scene.plan
+                ))
             ])
         });
         let key = key(&grains.key, &[method], self.loaded.base());
@@ -46,6 +54,9 @@ impl Road {
         let names: Vec<&str> = scene.grains.iter().map(|family| family.name.as_str()).collect();
         let dimension = scene.dimension as usize;
         let packed = match (&room.region, &scene.packing) {
+            (Some(region), pack::Method::Compression(wanted)) => {
+                Ok(self.compressed(grains, room, region, wanted)?)
+            }
             (Some(region), method) => {
                 pack::pack(&list, &names, region, method, scene.seed, &self.job)
             }
@@ -97,7 +108,7 @@ impl Road {
         Ok(packing)
     }
 
-    fn refused(&self, error: PackError) -> RoadError {
+    pub(super) fn refused(&self, error: PackError) -> RoadError {
         match error {
             PackError::Wrong(fault) => self.wrong(fault.under("packing")),
             PackError::File(error) => error.into(),
@@ -146,7 +157,7 @@ fn spheres(packing: &Packing, list: &[pack::Grain]) -> Particles {
 }
 
 /// One entry a single grain, as the packing methods take them.
-fn listed(grains: &Grains) -> Vec<pack::Grain<'_>> {
+pub(super) fn listed(grains: &Grains) -> Vec<pack::Grain<'_>> {
     grains
         .copies
         .iter()

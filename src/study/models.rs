@@ -1,11 +1,13 @@
 //! Small models that studies run.
 
-use crate::geometry::Bounds;
+use crate::geometry::{Bounds, Cell};
 use crate::model::{
     Body, Contact, ContactTable, Dimension, Material, Model, Motion, Plan, Scheme, Sphere,
     StepReason, Wall, WallShape,
 };
 use crate::num::Vec3;
+use crate::pack::scatter;
+use crate::pack::space::Space;
 
 /// A model in three dimensions without bodies, walls and gravity, of one material
 /// of `density` [kg/m³]; frames and rows at start and end only; steps to be set.
@@ -56,4 +58,21 @@ pub fn sphere(model: &mut Model, place: Vec3, radius: f64, density: f64, velocit
     body.velocity = velocity;
     model.spheres.push(Sphere { offset: Vec3::zeros(), radius, body: model.bodies.len() as u32 });
     model.bodies.push(body);
+}
+
+/// Equal spheres that fill `share` of a cube of edge 1 m whose sides repeat, at random places without overlap.
+pub fn loose_spheres(count: usize, share: f64) -> Model {
+    let contact = Contact { kn: 1e5, kt: 2.0 / 7.0 * 1e5, cn: 0.0, ct: 0.0, friction: 0.0 };
+    let mut model = empty(Scheme::Leapfrog, contact, 2500.0);
+    let bounds = Bounds { low: Vec3::zeros(), high: Vec3::repeat(1.0) };
+    model.domain = bounds;
+    model.periodic = Some(Cell { bounds, periodic: [true; 3] });
+    let radius = (share / (4.0 / 3.0 * std::f64::consts::PI) / count as f64).cbrt();
+    let space = Space::repeating(3, Vec3::repeat(1.0));
+    if let Some((centres, _)) = scatter::apart(&space, &vec![radius; count], 100_000, 1) {
+        for centre in centres {
+            sphere(&mut model, centre, radius, 2500.0, Vec3::zeros());
+        }
+    }
+    model
 }

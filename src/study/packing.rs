@@ -4,11 +4,15 @@
 //! repeat (drop and roll: the core of a box). References are published, or measured with
 //! programs of another make (said in the table). CPU time is that of this process.
 
-use super::{Effort, StudyError, go_on};
+use super::{Effort, StudyError, go_on, models};
+use crate::dem;
 use crate::geometry::Ball;
 use crate::num::clock::since;
+use crate::num::units::Pressure;
 use crate::num::{Job, Vec3};
+use crate::pack::compression::{Compression, Until};
 use crate::pack::drop_and_roll::DropAndRoll;
+use crate::pack::moving_boundary::MovingBoundary;
 use crate::pack::radius_expansion::RadiusExpansion;
 use crate::pack::soft::{Rest, Soft};
 use crate::pack::space::Space;
@@ -56,7 +60,163 @@ pub fn study(effort: Effort, job: &Job) -> Result<Findings, StudyError> {
     for dimension in [2, 3] {
         rolled(dimension, full, job, &mut rows);
     }
-    Ok(findings(&rows, pores))
+    go_on(job)?;
+    compressed(full, job, &mut rows)?;
+    let faults = faults(full, job)?;
+    Ok(findings(&rows, pores, &faults))
+}
+
+/// Spheres and discs that our own DEM compresses at some frictions.
+fn compressed(full: bool, job: &Job, rows: &mut Vec<Row>) -> Result<(), StudyError> {
+    // Solid fractions: Chialvo, Sun & Sundaresan 2012 (Phys. Rev. E 85, 021305), jamming in steady shear, for spheres.
+    let cases: &[(f64, f64, f64)] = if full {
+        &[(0.0, 0.636, 6.0), (0.1, 0.613, f64::NAN), (0.5, 0.587, f64::NAN), (1.0, 0.581, f64::NAN)]
+    } else {
+        &[(0.0, 0.636, 6.0), (0.5, 0.587, f64::NAN)]
+    };
+    let count = if full { 1000 } else { 300 };
+    for &(friction, fraction, contacts) in cases {
+        go_on(job)?;
+        let model = models::loose_spheres(count, 0.3);
+        let wanted = Compression {
+            // Overlaps of about 1e-4 of the radius.
+            until: Until::Stress(Pressure(25.0)),
+            friction,
+            tolerance: 0.05,
+            balance: 5e-3,
+            ..Compression::default()
+        };
+        let (done, seconds) = timed(|| dem::compress(&model, 1.0, 0.3, &wanted, job));
+        let done = done.map_err(|error| StudyError::Work(error.to_string()))?;
+        let mut row = |quantity, found, reference, source| {
+            rows.push(Row {
+                method: "compression",
+                dimension: 3,
+                balls: count,
+                setting: format!("friction {friction}"),
+                quantity,
+                found,
+                reference,
+                source,
+                seconds,
+            });
+        };
+        row(
+            "solid fraction",
+            0.3 * done.scale.powi(3),
+            fraction,
+            "Chialvo, Sun & Sundaresan 2012 (shear)",
+        );
+        row("contacts a ball", done.coordination, contacts, "isostatic, without rattlers");
+    }
+    Ok(())
+}
+
+/// What the moving boundary costs and does, beside radius expansion to the same solid fraction.
+struct Fault {
+    fraction: f64,
+    way: f64,
+    steps: u64,
+    other_steps: u64,
+    beside: f64,
+    middle: f64,
+}
+
+/// The three faults of the moving boundary: another boundary, slow, uneven.
+fn faults(full: bool, job: &Job) -> Result<Vec<Fault>, StudyError> {
+    let count = if full { 2000 } else { 500 };
+    let mut found = Vec::new();
+    for fraction in [0.40, 0.50, 0.56] {
+        go_on(job)?;
+        let mut space = unit_box(3);
+        space.periodic = [false; 3];
+        let radius = (fraction / (4.0 / 3.0 * PI) / count as f64).cbrt();
+        let radii = vec![radius; count];
+        // One lid, as in most uses.
+        let lid = [[false; 2], [false; 2], [false, true]];
+        let method = MovingBoundary::default();
+        let Some(pressed) = method.press(&space, &lid, &radii, fraction, 1, job) else { continue };
+        let even = RadiusExpansion { steps: method.steps, ..RadiusExpansion::default() };
+        let Some((_, relaxed)) = even.expand(&space, &radii, 1, job) else { continue };
+        found.push(Fault {
+            fraction,
+            way: pressed.way[2],
+            steps: pressed.relaxed.steps,
+            other_steps: relaxed.steps,
+            beside: pressed.fractions.0,
+            middle: pressed.fractions.1,
+        });
+    }
+    Ok(found)
+}
+
+fn faults_sheet(faults: &[Fault]) -> Sheet {
+    let columns = [
+        "solid fraction",
+        "way of the lid over the height",
+        "relaxation steps",
+        "radius expansion",
+        "solid fraction beside the lid",
+        "in the middle",
+    ];
+    Sheet {
+        key: "moving-boundary".into(),
+        title:
+            "What the moving boundary costs: a boundary that is not that of the start, slow, uneven"
+                .into(),
+        caption: "One lid comes down on equal spheres. Beside: one to three radii off it.".into(),
+        columns: columns.map(String::from).to_vec(),
+        rows: faults
+            .iter()
+            .map(|fault| {
+                vec![
+                    fault.fraction.into(),
+                    fault.way.into(),
+                    fault.steps.into(),
+                    fault.other_steps.into(),
+                    fault.beside.into(),
+                    fault.middle.into(),
+                ]
+            })
+            .collect(),
+    }
+}
+
+fn faults_charts(faults: &[Fault]) -> Vec<(String, Chart)> {
+    let line = |name: &str, of: fn(&Fault) -> f64| Series {
+        name: name.into(),
+        points: faults.iter().map(|fault| (fault.fraction, of(fault))).collect(),
+        dots: true,
+    };
+    let chart = |title: &str, y: Axis, series| Chart {
+        title: title.into(),
+        caption: "Equal spheres under one lid.".into(),
+        x: Axis::linear("solid fraction", ""),
+        y,
+        series,
+        mark: None,
+    };
+    vec![
+        (
+            "moving-boundary-steps".into(),
+            chart(
+                "Moving boundary: relaxation steps",
+                Axis::log("steps", ""),
+                vec![
+                    line("moving boundary", |f| f.steps as f64),
+                    line("radius expansion", |f| f.other_steps as f64),
+                ],
+            ),
+        ),
+        (
+            "moving-boundary-evenness".into(),
+            chart(
+                "Moving boundary: solid fraction beside the lid and in the middle",
+                Axis::linear("solid fraction there", ""),
+                vec![line("beside the lid", |f| f.beside), line("in the middle", |f| f.middle)],
+            ),
+        ),
+    ]
 }
 
 fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
@@ -452,7 +612,7 @@ fn core(balls: &[Ball], dimension: usize, margin: f64, top: f64) -> (f64, f64) {
     (f64::from(solid) / f64::from(points), contacts as f64 / count.max(1) as f64)
 }
 
-fn findings(rows: &[Row], pores: Vec<Series>) -> Findings {
+fn findings(rows: &[Row], pores: Vec<Series>, faults: &[Fault]) -> Findings {
     let sheet = Sheet {
         key: "packing".into(),
         title: "Each method against its reference".into(),
@@ -489,23 +649,39 @@ fn findings(rows: &[Row], pores: Vec<Series>) -> Findings {
             })
             .collect(),
     };
-    let chart_of = |title: &str, quantities: &[&str], dimensions: &[usize]| {
+    let curves_of = |quantities: &[&str], dimensions: &[usize], over: fn(&Row) -> f64| {
         let mut curves: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
         let shown = |row: &&Row| {
             quantities.contains(&row.quantity)
                 && dimensions.contains(&row.dimension)
                 && row.method != "apollonian"
+                && row.reference.is_finite()
         };
         for row in rows.iter().filter(shown) {
             let name = format!("{} {}-D", row.method, row.dimension);
-            let point = (row.seconds, (row.found / row.reference - 1.0).abs());
+            let point = (over(row), (row.found / row.reference - 1.0).abs());
             match curves.iter_mut().find(|curve| curve.0 == name) {
                 Some(curve) => curve.1.push(point),
                 None => curves.push((name, vec![point])),
             }
         }
+        curves
+    };
+    let chart_of = |title: &str, quantities: &[&str], dimensions: &[usize]| {
+        let curves = curves_of(quantities, dimensions, |row| row.seconds);
         let title = format!("{title}: distance from the reference over CPU time");
         work_precision(&title, &curves, "relative difference", "", None)
+    };
+    let over_number = |title: &str, quantities: &[&str], dimensions: &[usize]| Chart {
+        title: format!("{title}: distance from the reference over the number of balls"),
+        caption: "Methods with one number of balls are dots.".into(),
+        x: Axis::log("balls", ""),
+        y: Axis::log("relative difference", ""),
+        series: curves_of(quantities, dimensions, |row| row.balls as f64)
+            .into_iter()
+            .map(|(name, points)| Series { name, points, dots: true })
+            .collect(),
+        mark: None,
     };
     let solids = ["solid fraction", "share of pores"];
     let chart = Chart {
@@ -520,14 +696,17 @@ fn findings(rows: &[Row], pores: Vec<Series>) -> Findings {
         title: "Packing methods against what is known of them".into(),
         question: "How far is each method from its reference (density, dimension, coordination), at what CPU time and number of balls?".into(),
         remarks: remarks(rows),
-        tables: vec![sheet],
-        charts: vec![
+        tables: vec![sheet, faults_sheet(faults)],
+        charts: [vec![
             ("packing-solids-2d".into(), chart_of("Solid fraction, discs", &solids, &[2])),
             ("packing-solids-3d".into(), chart_of("Solid fraction, spheres", &solids, &[3])),
             ("packing-dimension".into(), chart_of("Dimension", &["dimension"], &[2, 3])),
             ("packing-contacts".into(), chart_of("Contacts a ball", &["contacts a ball"], &[2, 3])),
+            ("packing-solids-number".into(), over_number("Solid fraction", &solids, &[2, 3])),
+            ("packing-dimension-number".into(), over_number("Dimension", &["dimension"], &[2, 3])),
+            ("packing-contacts-number".into(), over_number("Contacts a ball", &["contacts a ball"], &[2, 3])),
             ("packing-pores".into(), chart),
-        ],
+        ], faults_charts(faults)].concat(),
         pictures: Vec::new(),
     }
 }
@@ -547,11 +726,13 @@ fn remarks(rows: &[Row]) -> Vec<String> {
     }
     last.iter()
         .map(|row| {
+            let digits = if row.quantity == "number of balls" { 0 } else { 4 };
             format!(
-                "{}, {} dimensions, {} balls: {} {:.5} against {:.5} ({}) in {:.2} s.",
+                "{}, {} dimensions, {} balls ({}): {} {:.digits$} against {:.digits$} ({}) in {:.2} s.",
                 row.method,
                 row.dimension,
                 row.balls,
+                row.setting,
                 row.quantity,
                 row.found,
                 row.reference,

@@ -1,0 +1,252 @@
+//! Several numbers as one: what the law of a contact is written in, so that it stands once
+//! and runs on one contact (`f64`), on four or on eight side by side.
+//!
+//! Every operation is the one of IEEE 754 on each number by itself; none is contracted or
+//! reordered. So all widths give the same bytes, on every machine.
+//!
+//! [`Plain`] is four numbers on any processor, [`Four`] uses AVX2, [`Eight`] AVX-512.
+//!
+//! About `unsafe`: the vector instructions of a processor are `unsafe` to call where it is not known
+//! to have them. `Four` and `Eight` are used in functions that are compiled for these instructions only
+//! ([`super::contacts`]), and these are entered after the processor was asked. Reads and
+//! writes go through references to arrays of the full length.
+
+use crate::num::Vec3;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// Numbers side by side.
+pub trait Lanes:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// One yes or no for each number.
+    type Mask: Copy;
+    /// `value` everywhere.
+    fn splat(value: f64) -> Self;
+    /// Square roots.
+    fn sqrt(self) -> Self;
+    /// Absolute values.
+    fn abs(self) -> Self;
+    /// Where these are below those.
+    fn below(self, other: Self) -> Self::Mask;
+    /// Where these are below those or equal.
+    fn at_most(self, other: Self) -> Self::Mask;
+    /// These where the mask says yes, elsewhere those.
+    fn pick(mask: Self::Mask, yes: Self, no: Self) -> Self;
+    /// These where the mask says yes, elsewhere 0.
+    #[inline(always)]
+    fn only(mask: Self::Mask, yes: Self) -> Self {
+        Self::pick(mask, yes, Self::splat(0.0))
+    }
+    /// Where both say yes.
+    fn both(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// Where one or both say yes.
+    fn either(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// Where it says no.
+    fn not(a: Self::Mask) -> Self::Mask;
+    /// The same answer everywhere.
+    fn all(answer: bool) -> Self::Mask;
+    /// Whether it says yes anywhere.
+    fn any(mask: Self::Mask) -> bool;
+}
+
+impl Lanes for f64 {
+    type Mask = bool;
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f64::abs(self)
+    }
+    #[inline(always)]
+    fn below(self, other: Self) -> bool {
+        self < other
+    }
+    #[inline(always)]
+    fn at_most(self, other: Self) -> bool {
+        self <= other
+    }
+    #[inline(always)]
+    fn pick(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+    #[inline(always)]
+    fn both(a: bool, b: bool) -> bool {
+        a & b
+    }
+    #[inline(always)]
+    fn either(a: bool, b: bool) -> bool {
+        a | b
+    }
+    #[inline(always)]
+    fn not(a: bool) -> bool {
+        !a
+    }
+    #[inline(always)]
+    fn all(answer: bool) -> bool {
+        answer
+    }
+    #[inline(always)]
+    fn any(mask: bool) -> bool {
+        mask
+    }
+}
+
+/// Vectors side by side.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Triple<L> {
+    /// Component along x.
+    pub x: L,
+    /// Component along y.
+    pub y: L,
+    /// Component along z.
+    pub z: L,
+}
+
+impl<L: Lanes> Triple<L> {
+    /// 0 everywhere.
+    #[inline(always)]
+    pub fn zero() -> Self {
+        let zero = L::splat(0.0);
+        Self { x: zero, y: zero, z: zero }
+    }
+
+    /// `change` of every component.
+    #[inline(always)]
+    pub fn map(self, change: impl Fn(L) -> L) -> Self {
+        Self { x: change(self.x), y: change(self.y), z: change(self.z) }
+    }
+
+    /// Scalar product.
+    #[inline(always)]
+    pub fn dot(self, other: Self) -> L {
+        self.x * other.x + self.y * other.y + self.z * other.z
+    }
+
+    /// Vector product.
+    #[inline(always)]
+    pub fn cross(self, other: Self) -> Self {
+        Self {
+            x: self.y * other.z - self.z * other.y,
+            y: self.z * other.x - self.x * other.z,
+            z: self.x * other.y - self.y * other.x,
+        }
+    }
+
+    /// These where the mask says yes, elsewhere those.
+    #[inline(always)]
+    pub fn pick(mask: L::Mask, yes: Self, no: Self) -> Self {
+        Self {
+            x: L::pick(mask, yes.x, no.x),
+            y: L::pick(mask, yes.y, no.y),
+            z: L::pick(mask, yes.z, no.z),
+        }
+    }
+
+    /// These where the mask says yes, elsewhere 0.
+    #[inline(always)]
+    pub fn only(mask: L::Mask, yes: Self) -> Self {
+        Self { x: L::only(mask, yes.x), y: L::only(mask, yes.y), z: L::only(mask, yes.z) }
+    }
+}
+
+impl<L: Lanes> Add for Triple<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self { x: self.x + other.x, y: self.y + other.y, z: self.z + other.z }
+    }
+}
+
+impl<L: Lanes> Sub for Triple<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self { x: self.x - other.x, y: self.y - other.y, z: self.z - other.z }
+    }
+}
+
+impl<L: Lanes> Mul<L> for Triple<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, by: L) -> Self {
+        Self { x: self.x * by, y: self.y * by, z: self.z * by }
+    }
+}
+
+impl From<Vec3> for Triple<f64> {
+    #[inline(always)]
+    fn from(v: Vec3) -> Self {
+        Self { x: v.x, y: v.y, z: v.z }
+    }
+}
+
+impl From<Triple<f64>> for Vec3 {
+    #[inline(always)]
+    fn from(v: Triple<f64>) -> Self {
+        Self::new(v.x, v.y, v.z)
+    }
+}
+
+/// Eight numbers of one sphere: a line of the cache.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C, align(64))]
+pub struct Line(pub [f64; 8]);
+
+/// `W` numbers of as many contacts, and how they are brought side by side.
+pub trait Wide<const W: usize>: Lanes {
+    /// A [`Line`].
+    type Row: Copy;
+    /// Reads a line.
+    fn row(line: &Line) -> Self::Row;
+    /// Writes a line.
+    fn keep(row: Self::Row, line: &mut Line);
+    /// Sum of two lines.
+    fn sum(a: Self::Row, b: Self::Row) -> Self::Row;
+    /// Difference of two lines.
+    fn difference(a: Self::Row, b: Self::Row) -> Self::Row;
+    /// Product of two lines, number by number.
+    fn product(a: Self::Row, b: Self::Row) -> Self::Row;
+    /// The first numbers of all lines, the second, ...
+    fn columns(rows: [Self::Row; W]) -> [Self; 8];
+    /// The lines that have these columns.
+    fn rows(columns: [Self; 8]) -> [Self::Row; W];
+    /// `W` vectors.
+    fn triples(values: [&Vec3; W]) -> Triple<Self>;
+    /// `W` sums of two vectors each.
+    fn triple_sums(a: [&Vec3; W], b: [&Vec3; W]) -> Triple<Self>;
+    /// `W` vectors that follow each other.
+    fn unpack3(values: &[Vec3; W]) -> Triple<Self>;
+    /// Writes them.
+    fn pack3(columns: Triple<Self>, values: &mut [Vec3; W]);
+    /// `W` couples that follow each other.
+    fn unpack2(values: &[[f64; 2]; W]) -> [Self; 2];
+    /// Writes them.
+    fn pack2(columns: [Self; 2], values: &mut [[f64; 2]; W]);
+    /// `W` numbers that follow each other.
+    fn load(values: &[f64; W]) -> Self;
+    /// Writes them.
+    fn store(self, values: &mut [f64; W]);
+    /// The mask as bits, the first number lowest.
+    fn bits(mask: Self::Mask) -> u8;
+    /// The mask with these bits.
+    fn mask(bits: u8) -> Self::Mask;
+}
+
+mod plain;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+pub use plain::Plain;
+#[cfg(target_arch = "x86_64")]
+pub use x86::{Eight, Four};

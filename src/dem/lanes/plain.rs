@@ -1,0 +1,157 @@
+//! Four numbers on any processor: what the others are checked against.
+
+use super::{Lanes, Line, Triple, Wide};
+use crate::num::Vec3;
+use std::array::from_fn;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// Four numbers.
+#[derive(Debug, Clone, Copy)]
+pub struct Plain([f64; 4]);
+
+macro_rules! operator {
+    ($trait:ident, $name:ident, $sign:tt) => {
+        impl $trait for Plain {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(self, o: Self) -> Self {
+                let (a, b) = (self.0, o.0);
+                Self([a[0] $sign b[0], a[1] $sign b[1], a[2] $sign b[2], a[3] $sign b[3]])
+            }
+        }
+    };
+}
+operator!(Add, add, +);
+operator!(Sub, sub, -);
+operator!(Mul, mul, *);
+operator!(Div, div, /);
+
+impl Neg for Plain {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(self.0.map(|x| -x))
+    }
+}
+
+impl Lanes for Plain {
+    type Mask = [bool; 4];
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        Self([value; 4])
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(self.0.map(f64::sqrt))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(self.0.map(f64::abs))
+    }
+    #[inline(always)]
+    fn below(self, other: Self) -> [bool; 4] {
+        from_fn(|l| self.0[l] < other.0[l])
+    }
+    #[inline(always)]
+    fn at_most(self, other: Self) -> [bool; 4] {
+        from_fn(|l| self.0[l] <= other.0[l])
+    }
+    #[inline(always)]
+    fn pick(mask: [bool; 4], yes: Self, no: Self) -> Self {
+        Self(from_fn(|l| if mask[l] { yes.0[l] } else { no.0[l] }))
+    }
+    #[inline(always)]
+    fn both(a: [bool; 4], b: [bool; 4]) -> [bool; 4] {
+        from_fn(|l| a[l] & b[l])
+    }
+    #[inline(always)]
+    fn either(a: [bool; 4], b: [bool; 4]) -> [bool; 4] {
+        from_fn(|l| a[l] | b[l])
+    }
+    #[inline(always)]
+    fn not(a: [bool; 4]) -> [bool; 4] {
+        a.map(|yes| !yes)
+    }
+    #[inline(always)]
+    fn all(answer: bool) -> [bool; 4] {
+        [answer; 4]
+    }
+    #[inline(always)]
+    fn any(mask: [bool; 4]) -> bool {
+        mask[0] | mask[1] | mask[2] | mask[3]
+    }
+}
+
+impl Wide<4> for Plain {
+    type Row = [f64; 8];
+    #[inline(always)]
+    fn row(line: &Line) -> [f64; 8] {
+        line.0
+    }
+    #[inline(always)]
+    fn keep(row: [f64; 8], line: &mut Line) {
+        line.0 = row;
+    }
+    #[inline(always)]
+    fn sum(a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
+        from_fn(|l| a[l] + b[l])
+    }
+    #[inline(always)]
+    fn difference(a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
+        from_fn(|l| a[l] - b[l])
+    }
+    #[inline(always)]
+    fn product(a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
+        from_fn(|l| a[l] * b[l])
+    }
+    #[inline(always)]
+    fn columns(rows: [[f64; 8]; 4]) -> [Self; 8] {
+        from_fn(|c| Self(from_fn(|l| rows[l][c])))
+    }
+    #[inline(always)]
+    fn rows(columns: [Self; 8]) -> [[f64; 8]; 4] {
+        from_fn(|l| from_fn(|c| columns[c].0[l]))
+    }
+    #[inline(always)]
+    fn triples(values: [&Vec3; 4]) -> Triple<Self> {
+        let axis = |axis: usize| Self(values.map(|v| v[axis]));
+        Triple { x: axis(0), y: axis(1), z: axis(2) }
+    }
+    #[inline(always)]
+    fn triple_sums(a: [&Vec3; 4], b: [&Vec3; 4]) -> Triple<Self> {
+        Self::triples(a) + Self::triples(b)
+    }
+    #[inline(always)]
+    fn unpack3(values: &[Vec3; 4]) -> Triple<Self> {
+        Self::triples(values.each_ref())
+    }
+    #[inline(always)]
+    fn pack3(columns: Triple<Self>, values: &mut [Vec3; 4]) {
+        let Triple { x, y, z } = columns;
+        *values = from_fn(|l| Vec3::new(x.0[l], y.0[l], z.0[l]));
+    }
+    #[inline(always)]
+    fn unpack2(values: &[[f64; 2]; 4]) -> [Self; 2] {
+        from_fn(|c| Self(values.map(|v| v[c])))
+    }
+    #[inline(always)]
+    fn pack2(columns: [Self; 2], values: &mut [[f64; 2]; 4]) {
+        *values = from_fn(|l| columns.map(|c| c.0[l]));
+    }
+    #[inline(always)]
+    fn load(values: &[f64; 4]) -> Self {
+        Self(*values)
+    }
+    #[inline(always)]
+    fn store(self, values: &mut [f64; 4]) {
+        *values = self.0;
+    }
+    #[inline(always)]
+    fn bits(mask: [bool; 4]) -> u8 {
+        (0..4).map(|l| u8::from(mask[l]) << l).sum()
+    }
+    #[inline(always)]
+    fn mask(bits: u8) -> [bool; 4] {
+        from_fn(|l| bits >> l & 1 == 1)
+    }
+}

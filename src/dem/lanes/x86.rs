@@ -1,0 +1,568 @@
+//! Four numbers with AVX2, eight with AVX-512. See [`super`] about `unsafe`.
+
+use super::{Lanes, Line, Triple, Wide};
+use crate::num::Vec3;
+use std::arch::x86_64::*;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// Four numbers in an AVX2 register.
+#[derive(Debug, Clone, Copy)]
+pub struct Four(__m256d);
+
+/// Eight numbers in an AVX-512 register.
+#[derive(Debug, Clone, Copy)]
+pub struct Eight(__m512d);
+
+macro_rules! operators {
+    ($type:ident, $add:ident, $sub:ident, $mul:ident, $div:ident, $xor:ident, $set:ident) => {
+        impl Add for $type {
+            type Output = Self;
+            #[inline(always)]
+            fn add(self, other: Self) -> Self {
+                // SAFETY: as all others in this file, see the top of `lanes`.
+                Self(unsafe { $add(self.0, other.0) })
+            }
+        }
+        impl Sub for $type {
+            type Output = Self;
+            #[inline(always)]
+            fn sub(self, other: Self) -> Self {
+                // SAFETY: see above.
+                Self(unsafe { $sub(self.0, other.0) })
+            }
+        }
+        impl Mul for $type {
+            type Output = Self;
+            #[inline(always)]
+            fn mul(self, other: Self) -> Self {
+                // SAFETY: see above.
+                Self(unsafe { $mul(self.0, other.0) })
+            }
+        }
+        impl Div for $type {
+            type Output = Self;
+            #[inline(always)]
+            fn div(self, other: Self) -> Self {
+                // SAFETY: see above.
+                Self(unsafe { $div(self.0, other.0) })
+            }
+        }
+        impl Neg for $type {
+            type Output = Self;
+            #[inline(always)]
+            fn neg(self) -> Self {
+                // SAFETY: see above.
+                Self(unsafe { $xor(self.0, $set(-0.0)) })
+            }
+        }
+    };
+}
+operators!(
+    Four,
+    _mm256_add_pd,
+    _mm256_sub_pd,
+    _mm256_mul_pd,
+    _mm256_div_pd,
+    _mm256_xor_pd,
+    _mm256_set1_pd
+);
+operators!(
+    Eight,
+    _mm512_add_pd,
+    _mm512_sub_pd,
+    _mm512_mul_pd,
+    _mm512_div_pd,
+    _mm512_xor_pd,
+    _mm512_set1_pd
+);
+
+impl Lanes for Four {
+    type Mask = __m256d;
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        // SAFETY: see above.
+        Self(unsafe { _mm256_set1_pd(value) })
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        // SAFETY: see above.
+        Self(unsafe { _mm256_sqrt_pd(self.0) })
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        // SAFETY: see above.
+        Self(unsafe { _mm256_andnot_pd(_mm256_set1_pd(-0.0), self.0) })
+    }
+    #[inline(always)]
+    fn below(self, other: Self) -> __m256d {
+        // SAFETY: see above.
+        unsafe { _mm256_cmp_pd::<_CMP_LT_OQ>(self.0, other.0) }
+    }
+    #[inline(always)]
+    fn at_most(self, other: Self) -> __m256d {
+        // SAFETY: see above.
+        unsafe { _mm256_cmp_pd::<_CMP_LE_OQ>(self.0, other.0) }
+    }
+    #[inline(always)]
+    fn pick(mask: __m256d, yes: Self, no: Self) -> Self {
+        // SAFETY: see above.
+        Self(unsafe { _mm256_blendv_pd(no.0, yes.0, mask) })
+    }
+    #[inline(always)]
+    fn only(mask: __m256d, yes: Self) -> Self {
+        // SAFETY: see above.
+        Self(unsafe { _mm256_and_pd(yes.0, mask) })
+    }
+    #[inline(always)]
+    fn both(a: __m256d, b: __m256d) -> __m256d {
+        // SAFETY: see above.
+        unsafe { _mm256_and_pd(a, b) }
+    }
+    #[inline(always)]
+    fn either(a: __m256d, b: __m256d) -> __m256d {
+        // SAFETY: see above.
+        unsafe { _mm256_or_pd(a, b) }
+    }
+    #[inline(always)]
+    fn not(a: __m256d) -> __m256d {
+        // SAFETY: see above.
+        unsafe { _mm256_xor_pd(a, Self::all(true)) }
+    }
+    #[inline(always)]
+    fn all(answer: bool) -> __m256d {
+        // SAFETY: see above.
+        unsafe { _mm256_castsi256_pd(_mm256_set1_epi64x(-i64::from(answer))) }
+    }
+    #[inline(always)]
+    fn any(mask: __m256d) -> bool {
+        // SAFETY: see above.
+        unsafe { _mm256_movemask_pd(mask) != 0 }
+    }
+}
+
+/// Four vectors of four numbers, of which the first three are wanted, turned.
+#[inline(always)]
+fn turn4(r: [__m256d; 4]) -> [__m256d; 4] {
+    // SAFETY: see above.
+    unsafe {
+        let (a, b) = (_mm256_unpacklo_pd(r[0], r[1]), _mm256_unpackhi_pd(r[0], r[1]));
+        let (c, d) = (_mm256_unpacklo_pd(r[2], r[3]), _mm256_unpackhi_pd(r[2], r[3]));
+        [
+            _mm256_permute2f128_pd::<0x20>(a, c),
+            _mm256_permute2f128_pd::<0x20>(b, d),
+            _mm256_permute2f128_pd::<0x31>(a, c),
+            _mm256_permute2f128_pd::<0x31>(b, d),
+        ]
+    }
+}
+
+/// Three numbers and a 0.
+#[inline(always)]
+fn three(value: &Vec3) -> __m256d {
+    // SAFETY: see above; the mask keeps the read within the vector.
+    unsafe { _mm256_maskload_pd(value.as_ptr(), _mm256_set_epi64x(0, -1, -1, -1)) }
+}
+
+impl Wide<4> for Four {
+    type Row = [__m256d; 2];
+    #[inline(always)]
+    fn row(line: &Line) -> Self::Row {
+        // SAFETY: see above.
+        unsafe { [_mm256_loadu_pd(line.0.as_ptr()), _mm256_loadu_pd(line.0[4..].as_ptr())] }
+    }
+    #[inline(always)]
+    fn keep(row: Self::Row, line: &mut Line) {
+        // SAFETY: see above.
+        unsafe {
+            _mm256_storeu_pd(line.0.as_mut_ptr(), row[0]);
+            _mm256_storeu_pd(line.0[4..].as_mut_ptr(), row[1]);
+        }
+    }
+    #[inline(always)]
+    fn sum(a: Self::Row, b: Self::Row) -> Self::Row {
+        // SAFETY: see above.
+        unsafe { [_mm256_add_pd(a[0], b[0]), _mm256_add_pd(a[1], b[1])] }
+    }
+    #[inline(always)]
+    fn difference(a: Self::Row, b: Self::Row) -> Self::Row {
+        // SAFETY: see above.
+        unsafe { [_mm256_sub_pd(a[0], b[0]), _mm256_sub_pd(a[1], b[1])] }
+    }
+    #[inline(always)]
+    fn product(a: Self::Row, b: Self::Row) -> Self::Row {
+        // SAFETY: see above.
+        unsafe { [_mm256_mul_pd(a[0], b[0]), _mm256_mul_pd(a[1], b[1])] }
+    }
+    #[inline(always)]
+    fn columns(r: [Self::Row; 4]) -> [Self; 8] {
+        let [a, b, c, d] = turn4([r[0][0], r[1][0], r[2][0], r[3][0]]);
+        let [e, f, g, h] = turn4([r[0][1], r[1][1], r[2][1], r[3][1]]);
+        [Self(a), Self(b), Self(c), Self(d), Self(e), Self(f), Self(g), Self(h)]
+    }
+    #[inline(always)]
+    fn rows(c: [Self; 8]) -> [Self::Row; 4] {
+        let low = turn4([c[0].0, c[1].0, c[2].0, c[3].0]);
+        let high = turn4([c[4].0, c[5].0, c[6].0, c[7].0]);
+        [[low[0], high[0]], [low[1], high[1]], [low[2], high[2]], [low[3], high[3]]]
+    }
+    #[inline(always)]
+    fn triples(v: [&Vec3; 4]) -> Triple<Self> {
+        let [x, y, z, _] = turn4([three(v[0]), three(v[1]), three(v[2]), three(v[3])]);
+        Triple { x: Self(x), y: Self(y), z: Self(z) }
+    }
+    #[inline(always)]
+    fn triple_sums(a: [&Vec3; 4], b: [&Vec3; 4]) -> Triple<Self> {
+        // SAFETY: see above.
+        let r = unsafe {
+            [
+                _mm256_add_pd(three(a[0]), three(b[0])),
+                _mm256_add_pd(three(a[1]), three(b[1])),
+                _mm256_add_pd(three(a[2]), three(b[2])),
+                _mm256_add_pd(three(a[3]), three(b[3])),
+            ]
+        };
+        let [x, y, z, _] = turn4(r);
+        Triple { x: Self(x), y: Self(y), z: Self(z) }
+    }
+    #[inline(always)]
+    fn unpack3(values: &[Vec3; 4]) -> Triple<Self> {
+        let at = values.as_ptr().cast::<f64>();
+        // SAFETY: see above; four vectors are twelve numbers.
+        unsafe {
+            let (a, b, c) =
+                (_mm256_loadu_pd(at), _mm256_loadu_pd(at.add(4)), _mm256_loadu_pd(at.add(8)));
+            let d = _mm256_blend_pd::<0b1100>(a, b);
+            let e = _mm256_permute2f128_pd::<0x21>(a, c);
+            let f = _mm256_blend_pd::<0b1100>(b, c);
+            Triple {
+                x: Self(_mm256_shuffle_pd::<0b1010>(d, e)),
+                y: Self(_mm256_shuffle_pd::<0b0101>(d, f)),
+                z: Self(_mm256_shuffle_pd::<0b1010>(e, f)),
+            }
+        }
+    }
+    #[inline(always)]
+    fn pack3(columns: Triple<Self>, values: &mut [Vec3; 4]) {
+        let Triple { x: Self(x), y: Self(y), z: Self(z) } = columns;
+        let at = values.as_mut_ptr().cast::<f64>();
+        // SAFETY: see above; four vectors are twelve numbers.
+        unsafe {
+            let d = _mm256_unpacklo_pd(x, y);
+            let e = _mm256_shuffle_pd::<0b1010>(z, x);
+            let f = _mm256_unpackhi_pd(y, z);
+            _mm256_storeu_pd(at, _mm256_permute2f128_pd::<0x20>(d, e));
+            _mm256_storeu_pd(at.add(4), _mm256_blend_pd::<0b1100>(f, d));
+            _mm256_storeu_pd(at.add(8), _mm256_permute2f128_pd::<0x31>(e, f));
+        }
+    }
+    #[inline(always)]
+    fn unpack2(values: &[[f64; 2]; 4]) -> [Self; 2] {
+        let at = values.as_ptr().cast::<f64>();
+        // SAFETY: see above; four couples are eight numbers.
+        unsafe {
+            let (a, b) = (_mm256_loadu_pd(at), _mm256_loadu_pd(at.add(4)));
+            let low = _mm256_permute2f128_pd::<0x20>(a, b);
+            let high = _mm256_permute2f128_pd::<0x31>(a, b);
+            [Self(_mm256_unpacklo_pd(low, high)), Self(_mm256_unpackhi_pd(low, high))]
+        }
+    }
+    #[inline(always)]
+    fn pack2(columns: [Self; 2], values: &mut [[f64; 2]; 4]) {
+        let at = values.as_mut_ptr().cast::<f64>();
+        // SAFETY: see above; four couples are eight numbers.
+        unsafe {
+            let low = _mm256_unpacklo_pd(columns[0].0, columns[1].0);
+            let high = _mm256_unpackhi_pd(columns[0].0, columns[1].0);
+            _mm256_storeu_pd(at, _mm256_permute2f128_pd::<0x20>(low, high));
+            _mm256_storeu_pd(at.add(4), _mm256_permute2f128_pd::<0x31>(low, high));
+        }
+    }
+    #[inline(always)]
+    fn load(values: &[f64; 4]) -> Self {
+        // SAFETY: see above.
+        Self(unsafe { _mm256_loadu_pd(values.as_ptr()) })
+    }
+    #[inline(always)]
+    fn store(self, values: &mut [f64; 4]) {
+        // SAFETY: see above.
+        unsafe { _mm256_storeu_pd(values.as_mut_ptr(), self.0) }
+    }
+    #[inline(always)]
+    fn bits(mask: __m256d) -> u8 {
+        // SAFETY: see above. Four bits.
+        unsafe { _mm256_movemask_pd(mask) as u8 }
+    }
+    #[inline(always)]
+    fn mask(bits: u8) -> __m256d {
+        let of = |l: u8| -i64::from(bits >> l & 1);
+        // SAFETY: see above.
+        unsafe { _mm256_castsi256_pd(_mm256_set_epi64x(of(3), of(2), of(1), of(0))) }
+    }
+}
+
+impl Lanes for Eight {
+    type Mask = __mmask8;
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        // SAFETY: see above.
+        Self(unsafe { _mm512_set1_pd(value) })
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        // SAFETY: see above.
+        Self(unsafe { _mm512_sqrt_pd(self.0) })
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        // SAFETY: see above.
+        Self(unsafe { _mm512_andnot_pd(_mm512_set1_pd(-0.0), self.0) })
+    }
+    #[inline(always)]
+    fn below(self, other: Self) -> __mmask8 {
+        // SAFETY: see above.
+        unsafe { _mm512_cmp_pd_mask::<_CMP_LT_OQ>(self.0, other.0) }
+    }
+    #[inline(always)]
+    fn at_most(self, other: Self) -> __mmask8 {
+        // SAFETY: see above.
+        unsafe { _mm512_cmp_pd_mask::<_CMP_LE_OQ>(self.0, other.0) }
+    }
+    #[inline(always)]
+    fn pick(mask: __mmask8, yes: Self, no: Self) -> Self {
+        // SAFETY: see above.
+        Self(unsafe { _mm512_mask_blend_pd(mask, no.0, yes.0) })
+    }
+    #[inline(always)]
+    fn only(mask: __mmask8, yes: Self) -> Self {
+        // SAFETY: see above.
+        Self(unsafe { _mm512_maskz_mov_pd(mask, yes.0) })
+    }
+    #[inline(always)]
+    fn both(a: __mmask8, b: __mmask8) -> __mmask8 {
+        a & b
+    }
+    #[inline(always)]
+    fn either(a: __mmask8, b: __mmask8) -> __mmask8 {
+        a | b
+    }
+    #[inline(always)]
+    fn not(a: __mmask8) -> __mmask8 {
+        !a
+    }
+    #[inline(always)]
+    fn all(answer: bool) -> __mmask8 {
+        if answer { 0xff } else { 0 }
+    }
+    #[inline(always)]
+    fn any(mask: __mmask8) -> bool {
+        mask != 0
+    }
+}
+
+/// Every other column of eight lines, of which pairs of numbers stand side by side.
+#[inline(always)]
+fn gather(r: [__m512d; 4]) -> [__m512d; 4] {
+    // SAFETY: see above.
+    unsafe {
+        let (a, b) =
+            (_mm512_shuffle_f64x2::<0x88>(r[0], r[1]), _mm512_shuffle_f64x2::<0x88>(r[2], r[3]));
+        let (c, d) =
+            (_mm512_shuffle_f64x2::<0xdd>(r[0], r[1]), _mm512_shuffle_f64x2::<0xdd>(r[2], r[3]));
+        [
+            _mm512_shuffle_f64x2::<0x88>(a, b),
+            _mm512_shuffle_f64x2::<0x88>(c, d),
+            _mm512_shuffle_f64x2::<0xdd>(a, b),
+            _mm512_shuffle_f64x2::<0xdd>(c, d),
+        ]
+    }
+}
+
+/// Eight lines turned: an 8 × 8 transpose.
+#[inline(always)]
+fn turn8(r: [__m512d; 8]) -> [__m512d; 8] {
+    // SAFETY: see above.
+    let (even, odd) = unsafe {
+        (
+            gather([
+                _mm512_unpacklo_pd(r[0], r[1]),
+                _mm512_unpacklo_pd(r[2], r[3]),
+                _mm512_unpacklo_pd(r[4], r[5]),
+                _mm512_unpacklo_pd(r[6], r[7]),
+            ]),
+            gather([
+                _mm512_unpackhi_pd(r[0], r[1]),
+                _mm512_unpackhi_pd(r[2], r[3]),
+                _mm512_unpackhi_pd(r[4], r[5]),
+                _mm512_unpackhi_pd(r[6], r[7]),
+            ]),
+        )
+    };
+    [even[0], odd[0], even[1], odd[1], even[2], odd[2], even[3], odd[3]]
+}
+
+/// Eight vectors of four numbers turned; the fourth numbers are dropped.
+#[inline(always)]
+fn turn3(r: [__m256d; 8]) -> Triple<Eight> {
+    // SAFETY: see above.
+    unsafe {
+        let (a, b) = (join(r[0], r[2]), join(r[1], r[3]));
+        let (c, d) = (join(r[4], r[6]), join(r[5], r[7]));
+        let (e, f) = (_mm512_unpacklo_pd(a, b), _mm512_unpacklo_pd(c, d));
+        let (g, h) = (_mm512_unpackhi_pd(a, b), _mm512_unpackhi_pd(c, d));
+        Triple {
+            x: Eight(_mm512_shuffle_f64x2::<0x88>(e, f)),
+            y: Eight(_mm512_shuffle_f64x2::<0x88>(g, h)),
+            z: Eight(_mm512_shuffle_f64x2::<0xdd>(e, f)),
+        }
+    }
+}
+
+#[inline(always)]
+fn join(low: __m256d, high: __m256d) -> __m512d {
+    // SAFETY: see above.
+    unsafe { _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(low), high) }
+}
+
+/// Three numbers and a 0.
+#[inline(always)]
+fn masked(value: &Vec3) -> __m256d {
+    // SAFETY: see above; the mask keeps the read within the vector.
+    unsafe { _mm256_maskz_loadu_pd(0b111, value.as_ptr()) }
+}
+
+/// Picks numbers out of two registers: 0..8 of the first, 8..16 of the second.
+#[inline(always)]
+fn mix(a: __m512d, b: __m512d, from: [i64; 8]) -> __m512d {
+    let [q, r, s, t, u, v, w, x] = from;
+    // SAFETY: see above.
+    unsafe { _mm512_permutex2var_pd(a, _mm512_set_epi64(x, w, v, u, t, s, r, q), b) }
+}
+
+impl Wide<8> for Eight {
+    type Row = __m512d;
+    #[inline(always)]
+    fn row(line: &Line) -> __m512d {
+        // SAFETY: see above.
+        unsafe { _mm512_loadu_pd(line.0.as_ptr()) }
+    }
+    #[inline(always)]
+    fn keep(row: __m512d, line: &mut Line) {
+        // SAFETY: see above.
+        unsafe { _mm512_storeu_pd(line.0.as_mut_ptr(), row) }
+    }
+    #[inline(always)]
+    fn sum(a: __m512d, b: __m512d) -> __m512d {
+        // SAFETY: see above.
+        unsafe { _mm512_add_pd(a, b) }
+    }
+    #[inline(always)]
+    fn difference(a: __m512d, b: __m512d) -> __m512d {
+        // SAFETY: see above.
+        unsafe { _mm512_sub_pd(a, b) }
+    }
+    #[inline(always)]
+    fn product(a: __m512d, b: __m512d) -> __m512d {
+        // SAFETY: see above.
+        unsafe { _mm512_mul_pd(a, b) }
+    }
+    #[inline(always)]
+    fn columns(rows: [__m512d; 8]) -> [Self; 8] {
+        let [a, b, c, d, e, f, g, h] = turn8(rows);
+        [Self(a), Self(b), Self(c), Self(d), Self(e), Self(f), Self(g), Self(h)]
+    }
+    #[inline(always)]
+    fn rows(c: [Self; 8]) -> [__m512d; 8] {
+        turn8([c[0].0, c[1].0, c[2].0, c[3].0, c[4].0, c[5].0, c[6].0, c[7].0])
+    }
+    #[inline(always)]
+    fn triples(v: [&Vec3; 8]) -> Triple<Self> {
+        turn3([
+            masked(v[0]),
+            masked(v[1]),
+            masked(v[2]),
+            masked(v[3]),
+            masked(v[4]),
+            masked(v[5]),
+            masked(v[6]),
+            masked(v[7]),
+        ])
+    }
+    #[inline(always)]
+    fn triple_sums(a: [&Vec3; 8], b: [&Vec3; 8]) -> Triple<Self> {
+        // SAFETY: see above.
+        unsafe {
+            turn3([
+                _mm256_add_pd(masked(a[0]), masked(b[0])),
+                _mm256_add_pd(masked(a[1]), masked(b[1])),
+                _mm256_add_pd(masked(a[2]), masked(b[2])),
+                _mm256_add_pd(masked(a[3]), masked(b[3])),
+                _mm256_add_pd(masked(a[4]), masked(b[4])),
+                _mm256_add_pd(masked(a[5]), masked(b[5])),
+                _mm256_add_pd(masked(a[6]), masked(b[6])),
+                _mm256_add_pd(masked(a[7]), masked(b[7])),
+            ])
+        }
+    }
+    #[inline(always)]
+    fn unpack3(values: &[Vec3; 8]) -> Triple<Self> {
+        let at = values.as_ptr().cast::<f64>();
+        // SAFETY: see above; eight vectors are twenty-four numbers.
+        let [a, b, c] = unsafe {
+            [_mm512_loadu_pd(at), _mm512_loadu_pd(at.add(8)), _mm512_loadu_pd(at.add(16))]
+        };
+        Triple {
+            x: Self(mix(mix(a, b, [0, 3, 6, 9, 12, 15, 0, 0]), c, [0, 1, 2, 3, 4, 5, 10, 13])),
+            y: Self(mix(mix(a, b, [1, 4, 7, 10, 13, 0, 0, 0]), c, [0, 1, 2, 3, 4, 8, 11, 14])),
+            z: Self(mix(mix(a, b, [2, 5, 8, 11, 14, 0, 0, 0]), c, [0, 1, 2, 3, 4, 9, 12, 15])),
+        }
+    }
+    #[inline(always)]
+    fn pack3(columns: Triple<Self>, values: &mut [Vec3; 8]) {
+        let Triple { x: Self(x), y: Self(y), z: Self(z) } = columns;
+        let at = values.as_mut_ptr().cast::<f64>();
+        let a = mix(mix(x, y, [0, 8, 0, 1, 9, 0, 2, 10]), z, [0, 1, 8, 3, 4, 9, 6, 7]);
+        let b = mix(mix(x, y, [0, 3, 11, 0, 4, 12, 0, 5]), z, [10, 1, 2, 11, 4, 5, 12, 7]);
+        let c = mix(mix(x, y, [13, 0, 6, 14, 0, 7, 15, 0]), z, [0, 13, 2, 3, 14, 5, 6, 15]);
+        // SAFETY: see above; eight vectors are twenty-four numbers.
+        unsafe {
+            _mm512_storeu_pd(at, a);
+            _mm512_storeu_pd(at.add(8), b);
+            _mm512_storeu_pd(at.add(16), c);
+        }
+    }
+    #[inline(always)]
+    fn unpack2(values: &[[f64; 2]; 8]) -> [Self; 2] {
+        let at = values.as_ptr().cast::<f64>();
+        // SAFETY: see above; eight couples are sixteen numbers.
+        let (a, b) = unsafe { (_mm512_loadu_pd(at), _mm512_loadu_pd(at.add(8))) };
+        [Self(mix(a, b, [0, 2, 4, 6, 8, 10, 12, 14])), Self(mix(a, b, [1, 3, 5, 7, 9, 11, 13, 15]))]
+    }
+    #[inline(always)]
+    fn pack2(columns: [Self; 2], values: &mut [[f64; 2]; 8]) {
+        let (Self(n), Self(t)) = (columns[0], columns[1]);
+        let at = values.as_mut_ptr().cast::<f64>();
+        // SAFETY: see above; eight couples are sixteen numbers.
+        unsafe {
+            _mm512_storeu_pd(at, mix(n, t, [0, 8, 1, 9, 2, 10, 3, 11]));
+            _mm512_storeu_pd(at.add(8), mix(n, t, [4, 12, 5, 13, 6, 14, 7, 15]));
+        }
+    }
+    #[inline(always)]
+    fn load(values: &[f64; 8]) -> Self {
+        // SAFETY: see above.
+        Self(unsafe { _mm512_loadu_pd(values.as_ptr()) })
+    }
+    #[inline(always)]
+    fn store(self, values: &mut [f64; 8]) {
+        // SAFETY: see above.
+        unsafe { _mm512_storeu_pd(values.as_mut_ptr(), self.0) }
+    }
+    #[inline(always)]
+    fn bits(mask: __mmask8) -> u8 {
+        mask
+    }
+    #[inline(always)]
+    fn mask(bits: u8) -> __mmask8 {
+        bits
+    }
+}
