@@ -571,8 +571,8 @@ fn deliver<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
     }
 }
 
-/// Panics if a slot of a sweep does not exist. One look a sweep instead of six a pair, which
-/// took a quarter of the time.
+/// Panics if a slot of a sweep does not exist: one look a sweep, so that no access inside it
+/// has a branch.
 #[inline(always)]
 fn check(pairs: Pairs<'_>, field: &Field<'_>, first: usize, pulls: usize) {
     let highest = |slots: &[u32]| slots.iter().fold(0, |top, slot| top.max(*slot)) as usize;
