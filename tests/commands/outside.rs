@@ -168,7 +168,9 @@ fn a_solver_that_fails_or_is_missing_ends_with_3() {
 fn without_solvers_the_rest_is_done() {
     let bench = Bench::with(BALLS);
     let mut command = bench.command(&["compare", "s.toml"]);
-    command.env("RIPRAP_LIGGGHTS", "/nonexistent").env("RIPRAP_YADE", "/nonexistent");
+    for program in ["RIPRAP_LIGGGHTS", "RIPRAP_YADE", "RIPRAP_LAMMPS"] {
+        command.env(program, "/nonexistent");
+    }
     let said = super::bench::Did::of(command.output().expect("the program starts"));
     assert_eq!(said.code, 3, "{}", said.err);
     assert!(said.err.contains("YADE") && said.err.contains("apt install"), "{}", said.err);
