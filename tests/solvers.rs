@@ -915,7 +915,7 @@ fn a_servo_lid_on_a_heap_agrees_with_our_own() {
         }
         model.plan.steps = 6000;
         let limits = liggghts.limits(&model);
-        let refused = |l: &solver::Limit| l.kind == LimitKind::Refused && l.what.contains("lid");
+        let refused = |l: &solver::Limit| l.kind == LimitKind::Refused && l.what.contains("servo");
         assert!(limits.iter().any(refused), "{limits:?}");
         let ours = dem::run(&model, &Job::quiet()).expect("a run");
         let load = ours.frames.last().expect("frames").forces[3].norm();
