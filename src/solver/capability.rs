@@ -245,7 +245,9 @@ pub const FEATURES: &[Feature] = &[
         what: "walls that translate",
         there: |n| n.sliding_walls,
         abilities: [
-            Exact,
+            Approximate(
+                "moving meshes and pistons have no velocity in the set-up pass: exact unless they touch at the start",
+            ),
             Exact,
             Approximate(
                 "pistons are moving regions without velocity in the set-up pass: exact unless they touch at the start",
@@ -276,7 +278,9 @@ pub const FEATURES: &[Feature] = &[
         what: "walls that rotate",
         there: |n| n.turning_walls,
         abilities: [
-            Exact,
+            Approximate(
+                "moving meshes and pistons have no velocity in the set-up pass: exact unless they touch at the start",
+            ),
             Exact,
             Impossible(
                 "walls that turn: riprap writes no turning LAMMPS walls; use LIGGGHTS or YADE",
