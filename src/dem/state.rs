@@ -9,7 +9,7 @@ use super::lost::Leavers;
 use super::servo::Servo;
 use super::setting::Setting;
 use super::turn;
-use crate::model::{BodyState, Frame, Scheme};
+use crate::model::{Body, BodyState, Frame, Scheme};
 use crate::num::{Rotation, Vec3};
 use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
@@ -69,6 +69,13 @@ pub struct Lightness {
     pub mass: f64,
     /// 1/I, 1/(kg m²).
     pub inertia: f64,
+}
+
+impl Lightness {
+    /// Of a body of one sphere.
+    fn of(body: &Body) -> Self {
+        Self { mass: 1.0 / body.mass, inertia: 1.0 / body.inertia.z }
+    }
 }
 
 /// A body of several spheres, or with mass properties of its own.
@@ -198,10 +205,8 @@ impl State {
                     alone,
                     spare: 0,
                 });
-                state.light.push(Lightness {
-                    mass: if alone { 1.0 / body.mass } else { 0.0 },
-                    inertia: if alone { 1.0 / body.inertia.z } else { 0.0 },
-                });
+                let carried = Lightness { mass: 0.0, inertia: 0.0 };
+                state.light.push(if alone { Lightness::of(body) } else { carried });
                 if setting.needs.rotation {
                     state.spins.push(body.spin);
                 }
@@ -222,6 +227,28 @@ impl State {
             state.carry_members(setting, index);
         }
         state
+    }
+
+    /// Takes sizes and masses that the model has now, and counts time and energy from zero:
+    /// places, velocities, spins and contact memories stay.
+    pub fn begin_again(&mut self, setting: &Setting<'_>) {
+        let model = setting.model;
+        (self.step, self.built_at, self.rebuilds) = (0, 0, 0);
+        self.ledger = Ledger::default();
+        for (sphere, &slot) in model.spheres.iter().zip(&self.slot) {
+            let (ball, body) =
+                (&mut self.balls[slot as usize], &model.bodies[sphere.body as usize]);
+            ball.radius = sphere.radius;
+            if ball.alone {
+                self.light[slot as usize] = Lightness::of(body);
+            }
+        }
+        for index in 0..self.solids.len() {
+            let solid = &mut self.solids[index];
+            let inertia = &model.bodies[solid.body as usize].inertia;
+            solid.momentum = turn::momentum(&solid.turn, inertia, &solid.spin);
+            self.carry_members(setting, index);
+        }
     }
 
     /// Moves the balls of a solid with it.
