@@ -12,10 +12,12 @@ mod models;
 mod oblique;
 mod outside;
 mod packing;
+mod shapes;
 mod tree;
 
-use crate::num::Job;
+use crate::num::{Job, clock};
 use crate::report::findings::Findings;
+use std::time::Instant;
 
 /// How much a study computes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,6 +72,11 @@ pub const STUDIES: &[Study] = &[
         run: packing::study,
     },
     Study {
+        key: "shapes",
+        summary: "loose and dense solid fractions of spheres, dimers, spherocylinders, ellipsoids, cubes and tetrahedra by method; what control points depend on",
+        run: shapes::study,
+    },
+    Study {
         key: "bulk",
         summary: "a collapse: distance from the converged motion over step and CPU time, and the heap over seeds",
         run: bulk::study,
@@ -89,4 +96,11 @@ pub fn find(key: &str) -> Option<&'static Study> {
 /// Fails once the user has asked to stop.
 fn go_on(job: &Job) -> Result<(), StudyError> {
     if job.is_cancelled() { Err(StudyError::Cancelled) } else { Ok(()) }
+}
+
+/// A result and the CPU seconds of this process that it took.
+fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let (cpu, wall) = (clock::cpu_seconds(), Instant::now());
+    let result = work();
+    (result, clock::since(cpu, wall))
 }

@@ -1,13 +1,16 @@
 //! Small models that studies run.
 
-use crate::geometry::{Bounds, Cell};
+use crate::clump::Clump;
+use crate::geometry::region::Rectangle;
+use crate::geometry::{Bounds, Cell, Region};
 use crate::model::{
     Body, Contact, ContactTable, Dimension, Material, Model, Motion, Plan, Scheme, Sphere,
     StepReason, Wall, WallShape,
 };
-use crate::num::Vec3;
-use crate::pack::scatter;
+use crate::num::{Job, Vec3};
+use crate::pack::random::Random;
 use crate::pack::space::Space;
+use crate::pack::{self, Grain, PackError, scatter};
 
 /// A model in three dimensions without bodies, walls and gravity, of one material
 /// of `density` [kg/m³]; frames and rows at start and end only; steps to be set.
@@ -75,4 +78,51 @@ pub fn loose_spheres(count: usize, share: f64) -> Model {
         }
     }
     model
+}
+
+/// Equal clumps whose `volume`s fill `share` of a cube of edge 1 m whose sides repeat, at random places and angles
+/// without overlap.
+///
+/// # Errors
+/// As [`pack::pack`].
+pub fn loose_clumps(
+    clump: &Clump,
+    count: usize,
+    share: f64,
+    job: &Job,
+) -> Result<Model, PackError> {
+    let contact = Contact { kn: 1e5, kt: 2.0 / 7.0 * 1e5, cn: 0.0, ct: 0.0, friction: 0.0 };
+    let mut model = empty(Scheme::Leapfrog, contact, 2500.0);
+    let bounds = Bounds { low: Vec3::zeros(), high: Vec3::repeat(1.0) };
+    model.domain = bounds;
+    model.periodic = Some(Cell { bounds, periodic: [true; 3] });
+    let clump = clump.scaled((share / count as f64 / clump.volume).cbrt(), 3);
+    let grains = vec![Grain { clump: &clump, solid: None, family: 0 }; count];
+    let cube = Rectangle { bounds, dimension: 3, open: [[false; 2]; 3], periodic: [true; 3] };
+    let method = pack::Method::Random(Random { tries: 100_000, ..Random::default() });
+    let packing = pack::pack(&grains, &["clump"], &Region::Box(cube), &method, 1, job)?;
+    for laid in &packing.placements {
+        let (first, body) = (model.spheres.len() as u32, model.bodies.len() as u32);
+        let ball = clump.balls[0];
+        let centre = laid.position + laid.orientation * ball.centre;
+        let sphere = Body::sphere(Dimension::Three, centre, ball.radius, 2500.0, 0, first);
+        let single = clump.balls.len() == 1;
+        model.spheres.extend(clump.balls.iter().map(|ball| Sphere {
+            offset: if single { Vec3::zeros() } else { ball.centre },
+            radius: ball.radius,
+            body,
+        }));
+        model.bodies.push(match single {
+            true => sphere,
+            false => Body {
+                position: laid.position,
+                orientation: laid.orientation,
+                sphere_count: clump.balls.len() as u32,
+                mass: 2500.0 * clump.volume,
+                inertia: 2500.0 * clump.inertia,
+                ..sphere
+            },
+        });
+    }
+    Ok(model)
 }

@@ -4,10 +4,9 @@
 //! repeat (drop and roll: the core of a box). References are published, or measured with
 //! programs of another make (said in the table). CPU time is that of this process.
 
-use super::{Effort, StudyError, go_on, models};
+use super::{Effort, StudyError, go_on, models, timed};
 use crate::dem;
 use crate::geometry::Ball;
-use crate::num::clock::since;
 use crate::num::units::Pressure;
 use crate::num::{Job, Vec3};
 use crate::pack::compression::{Compression, Until};
@@ -22,7 +21,6 @@ use crate::report::chart::{Axis, Chart, Series};
 use crate::report::curves::work_precision;
 use crate::report::findings::{Findings, Sheet};
 use std::f64::consts::PI;
-use std::time::Instant;
 
 /// One figure of one method.
 struct Row {
@@ -217,12 +215,6 @@ fn faults_charts(faults: &[Fault]) -> Vec<(String, Chart)> {
             ),
         ),
     ]
-}
-
-fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
-    let (cpu, wall) = (crate::num::clock::cpu_seconds(), Instant::now());
-    let result = work();
-    (result, since(cpu, wall))
 }
 
 fn ball_share(balls: &[Ball], dimension: usize) -> f64 {
