@@ -6,7 +6,7 @@
 //! grain to the contact. If a step of growth passes the target, the state before is taken again and the step made
 //! smaller by interpolation, so that with friction nothing is ever unloaded; without it, where states do not
 //! remember, grains shrink by what was too much. At the end friction becomes that of the scene, and grains come
-//! to rest again.
+//! to rest again: with much less friction than that of the preparation they may come apart, and the outcome says so.
 //!
 //! Cost: some 10 000 steps of the DEM. What comes back when the steps are used up or the
 //! target lies between two states that cannot be told apart: the state reached, and the outcome says so.
@@ -68,11 +68,12 @@ pub fn compress(
         Until::Stress(stress) => press.reach_value(stress.0, |reading| reading.stress)?,
         Until::Coordination(number) => press.reach_value(number, |reading| reading.coordination)?,
     };
+    let met = press.met(&reading);
     press.set_friction(None);
     if press.left > 0 {
         reading = press.settle(true)?;
     }
-    Ok(press.ended(model, reading))
+    Ok(press.ended(reading, met))
 }
 
 /// What is read after a settling.
@@ -341,20 +342,34 @@ impl<'a> Press<'a> {
         Ok(look)
     }
 
-    fn ended(&self, given: &Model, look: Look) -> Compressed {
-        let porosity = 1.0 - self.fraction();
-        let (what, asked, found) = match self.wanted.until {
+    /// What was asked for: its name, the number asked for and the one found.
+    fn target(&self, look: &Look) -> (&'static str, f64, f64) {
+        match self.wanted.until {
             Until::Stress(stress) => ("stress [Pa]", stress.0, look.stress),
-            Until::Porosity(asked) => ("porosity", asked, porosity),
+            Until::Porosity(asked) => ("porosity", asked, 1.0 - self.fraction()),
             Until::Coordination(number) => ("coordination number", number, look.coordination),
-        };
-        let near = (found / asked - 1.0).abs() <= self.wanted.tolerance * (1.0 + 1e-9);
+        }
+    }
+
+    fn met(&self, look: &Look) -> bool {
+        let (_, asked, found) = self.target(look);
+        (found / asked - 1.0).abs() <= self.wanted.tolerance * (1.0 + 1e-9)
+    }
+
+    /// `before`: whether the target was met before friction became that of the scene.
+    fn ended(&self, look: Look, before: bool) -> Compressed {
+        let porosity = 1.0 - self.fraction();
+        let (what, asked, found) = self.target(&look);
+        let near = self.met(&look);
         // Without load there is nothing to balance.
         let rest = look.unbalanced <= self.wanted.balance || look.stress <= 0.0;
         let ended = match (near, rest, self.left) {
             _ if self.job.is_cancelled() => "stopped before the end",
             (true, true, _) => "target met",
             (true, false, _) => "target met, forces not yet in balance",
+            (false, ..) if before => {
+                "target met while compressed, lost with the friction of the scene"
+            }
             (false, _, 0) => "steps used up before the target",
             (false, ..) => "target not met: no state nearer to it was found",
         };
@@ -385,7 +400,7 @@ impl<'a> Press<'a> {
                 if self.wanted.friction > 0.0 { "(mechanical)" } else { "(without rattlers)" },
                 look.worst,
                 look.unbalanced,
-                given.bodies.len(),
+                self.model.bodies.len(),
                 self.wanted.friction
             ),
         }
@@ -452,6 +467,26 @@ mod tests {
         let fraction = solid * done.scale * done.scale;
         assert!((0.78..0.88).contains(&fraction), "{}", done.outcome);
         assert!((3.6..4.7).contains(&done.coordination), "{}", done.outcome);
+    }
+
+    #[test]
+    fn less_friction_than_that_of_the_preparation_may_undo_it() {
+        let (mut model, solid) = discs(30);
+        let wanted = Compression {
+            until: Until::Stress(crate::num::units::Pressure(50.0)),
+            friction: 1.0,
+            tolerance: 0.1,
+            balance: 0.02,
+            steps: 60_000,
+            ..Compression::default()
+        };
+        let done = compress(&model, 1.0, solid, &wanted, &Job::quiet()).expect("runs");
+        assert!(!done.met && done.outcome.starts_with("target met while"), "{}", done.outcome);
+        let same = Contact { friction: 1.0, ..*model.contacts.between(0, 0) };
+        model.contacts = ContactTable::uniform(1, same);
+        let done = compress(&model, 1.0, solid, &wanted, &Job::quiet()).expect("runs");
+        assert!(done.met && (done.stress / 50.0 - 1.0).abs() < 0.1, "{}", done.outcome);
+        assert!((2.5..4.0).contains(&done.coordination), "{}", done.outcome);
     }
 
     #[test]

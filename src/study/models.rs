@@ -64,8 +64,8 @@ pub fn sphere(model: &mut Model, place: Vec3, radius: f64, density: f64, velocit
 }
 
 /// Equal spheres that fill `share` of a cube of edge 1 m whose sides repeat, at random places without overlap.
-pub fn loose_spheres(count: usize, share: f64) -> Model {
-    let contact = Contact { kn: 1e5, kt: 2.0 / 7.0 * 1e5, cn: 0.0, ct: 0.0, friction: 0.0 };
+pub fn loose_spheres(count: usize, share: f64, friction: f64) -> Model {
+    let contact = Contact { kn: 1e5, kt: 2.0 / 7.0 * 1e5, cn: 0.0, ct: 0.0, friction };
     let mut model = empty(Scheme::Leapfrog, contact, 2500.0);
     let bounds = Bounds { low: Vec3::zeros(), high: Vec3::repeat(1.0) };
     model.domain = bounds;
@@ -89,9 +89,10 @@ pub fn loose_clumps(
     clump: &Clump,
     count: usize,
     share: f64,
+    friction: f64,
     job: &Job,
 ) -> Result<Model, PackError> {
-    let contact = Contact { kn: 1e5, kt: 2.0 / 7.0 * 1e5, cn: 0.0, ct: 0.0, friction: 0.0 };
+    let contact = Contact { kn: 1e5, kt: 2.0 / 7.0 * 1e5, cn: 0.0, ct: 0.0, friction };
     let mut model = empty(Scheme::Leapfrog, contact, 2500.0);
     let bounds = Bounds { low: Vec3::zeros(), high: Vec3::repeat(1.0) };
     model.domain = bounds;

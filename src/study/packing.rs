@@ -75,7 +75,7 @@ fn compressed(full: bool, job: &Job, rows: &mut Vec<Row>) -> Result<(), StudyErr
     let count = if full { 1000 } else { 300 };
     for &(friction, fraction, contacts) in cases {
         go_on(job)?;
-        let model = models::loose_spheres(count, 0.3);
+        let model = models::loose_spheres(count, 0.3, friction);
         let wanted = Compression {
             // Overlaps of about 1e-4 of the radius.
             until: Until::Stress(Pressure(25.0)),

@@ -196,7 +196,7 @@ fn tetrahedron() -> Mesh {
 /// The clump compressed by the DEM in a periodic box.
 fn compressed(form: &Form, friction: f64, count: usize, job: &Job) -> Result<Row, StudyError> {
     let start = 0.2;
-    let model = models::loose_clumps(&form.clump, count, start, job)
+    let model = models::loose_clumps(&form.clump, count, start, friction, job)
         .map_err(|error| StudyError::Work(error.to_string()))?;
     let wanted = Compression {
         // Overlaps of about 1e-4 of the radius.
