@@ -7,7 +7,7 @@ use serde_json::json;
 
 pub fn pack(arguments: &SceneOnly, screen: &Screen) -> Result<(), Ending> {
     let mut road = Road::open(&arguments.scene, arguments.output.as_deref(), screen.job())?;
-    let (packed, _) = road.built()?;
+    let packed = road.packed()?;
     screen.remarks(&mut road);
     let packing = &packed.packing;
     let m = &packing.measures;

@@ -3,9 +3,9 @@
 //! All grains grow by a small factor, then the DEM brings them to rest without gravity: 100 steps at a time, at half
 //! the step limit, with local damping 0.7 (Cundall), the contacts of the scene and the friction of the preparation.
 //! Tangential springs go on while grains grow. Stress: p = Σ f·l / (d V) over all contacts, l from the centre of a
-//! grain to the contact. If a step of growth passes the target, the state before is taken again and the step made
-//! smaller by interpolation, so that with friction nothing is ever unloaded; without it, where states do not
-//! remember, grains shrink by what was too much. At the end friction becomes that of the scene, and grains come
+//! grain to the contact. If a step of growth passes the target, the state before is taken again, stopped, and the
+//! step made smaller by interpolation, so that with friction nothing is ever unloaded; without it, where states do
+//! not remember, grains shrink by what was too much. At the end friction becomes that of the scene, and grains come
 //! to rest again: with much less friction than that of the preparation they may come apart, and the outcome says so.
 //!
 //! Cost: some 10 000 steps of the DEM. What comes back when the steps are used up or the
@@ -13,7 +13,7 @@
 
 use super::drive::{self, Origin};
 use super::state::State;
-use super::{DemError, Observer, advise};
+use super::{DemError, Observer, advise, zeroing};
 use crate::model::{BodyState, Contact, Frame, Guard, Model, Motion, Outcome, SeriesRow};
 use crate::num::{Job, Vec3};
 use crate::pack::compression::{Compression, Until};
@@ -46,6 +46,8 @@ const CHUNK: u64 = 100;
 const LOOKS: usize = 40;
 /// First and largest growth at once.
 const GROWTH: f64 = 0.01;
+/// Looks in a row at which forces balance until a state is at rest, and not only passing.
+const QUIET: u32 = 3;
 /// Growth that changes nothing any more.
 const LEAST: f64 = 1e-9;
 const DAMPING: f64 = 0.7;
@@ -317,8 +319,10 @@ impl<'a> Press<'a> {
         let mut look = self.settle(false)?;
         while self.left > 0 && growth.abs() > LEAST && !self.job.is_cancelled() {
             let near = |look: &Look| of(look) >= low && of(look) <= high;
-            while near(&look) && look.unbalanced > self.wanted.balance && self.left > 0 {
+            let mut quiet = 0;
+            while near(&look) && quiet < QUIET && self.left > 0 {
                 look = self.settle(true)?;
+                quiet = if look.unbalanced <= self.wanted.balance { quiet + 1 } else { 0 };
             }
             if near(&look) {
                 return Ok(look);
@@ -333,6 +337,10 @@ impl<'a> Press<'a> {
                 if of(&look) > high {
                     growth *= share.clamp(0.1, 0.7);
                     (self.model, self.state, self.scale, look) = before;
+                    // The push of larger steps is in their motion, and would jam them by itself.
+                    self.state.iter_mut().for_each(zeroing::calm);
+                } else {
+                    growth = (1.5 * growth).min(GROWTH);
                 }
             } else if passed && !near(&look) {
                 // Without friction there is no memory: back by what was too much.

@@ -22,6 +22,12 @@ pub fn apply(setting: &Setting<'_>, state: &mut State) {
         return;
     }
     let before = ledger::kinetic(setting, state);
+    calm(state);
+    state.ledger.zeroed += before - ledger::kinetic(setting, state);
+}
+
+/// Sets all velocities and spins to zero.
+pub fn calm(state: &mut State) {
     for ball in &mut state.balls {
         ball.velocity = Vec3::zeros();
     }
@@ -31,5 +37,4 @@ pub fn apply(setting: &Setting<'_>, state: &mut State) {
         solid.momentum = Vec3::zeros();
         solid.spin = Vec3::zeros();
     }
-    state.ledger.zeroed += before - ledger::kinetic(setting, state);
 }

@@ -132,7 +132,9 @@ const ROUNDING: f64 = 1e-9;
 /// Measures of a packing. Bodies touch up to a gap of 1 % of the mean
 /// equivalent-volume diameter (equal-area in two dimensions).
 pub fn measure(placements: &[Placement], grains: &[Grain], region: &Region) -> Measures {
-    let (mut centres, mut radii, mut body) = (Vec::new(), Vec::new(), Vec::new());
+    let count = placements.iter().map(|laid| grains[laid.grain as usize].clump.balls.len()).sum();
+    let mut centres = Vec::with_capacity(count);
+    let (mut radii, mut body) = (Vec::with_capacity(count), Vec::with_capacity(count));
     let (mut solid, mut diameters, mut inside) = (0.0, 0.0, true);
     for (index, laid) in placements.iter().enumerate() {
         let clump = grains[laid.grain as usize].clump;

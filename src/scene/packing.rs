@@ -139,23 +139,33 @@ fn adopt_scales(grains: &mut Grains, packing: &mut Packing, dimension: u8) {
     }
 }
 
-/// The spheres of all placed grains, each with its body.
+/// The spheres of all placed grains, each with its body; velocities and spins where something moves.
 fn spheres(packing: &Packing, list: &[pack::Grain]) -> Particles {
-    let mut table = Particles::default();
-    let (mut bodies, mut velocities, mut spins) = (Vec::new(), Vec::new(), Vec::new());
+    let balls = |laid: &pack::Placement| &list[laid.grain as usize].clump.balls;
+    let count = packing.placements.iter().map(|laid| balls(laid).len()).sum();
+    let moving =
+        packing.placements.iter().any(|laid| laid.velocity.norm() > 0.0 || laid.spin.norm() > 0.0);
+    let mut table = Particles {
+        positions: Vec::with_capacity(count),
+        radii: Vec::with_capacity(count),
+        bodies: Some(Vec::with_capacity(count)),
+        velocities: moving.then(|| Vec::with_capacity(count)),
+        spins: moving.then(|| Vec::with_capacity(count)),
+        ..Particles::default()
+    };
     for (body, laid) in packing.placements.iter().enumerate() {
-        for ball in &list[laid.grain as usize].clump.balls {
+        for ball in balls(laid) {
             let arm = laid.orientation * (ball.centre * laid.scale);
             table.positions.push(laid.position + arm);
             table.radii.push(ball.radius * laid.scale);
-            bodies.push(body as u64);
-            velocities.push(laid.velocity + laid.spin.cross(&arm));
-            spins.push(laid.spin);
+            table.bodies.iter_mut().for_each(|bodies| bodies.push(body as u64));
+            table
+                .velocities
+                .iter_mut()
+                .for_each(|all| all.push(laid.velocity + laid.spin.cross(&arm)));
+            table.spins.iter_mut().for_each(|all| all.push(laid.spin));
         }
     }
-    table.bodies = Some(bodies);
-    table.velocities = Some(velocities);
-    table.spins = Some(spins);
     table
 }
 
