@@ -90,6 +90,9 @@ pub fn simulate(
         }
     });
     let steps = state.step - from;
+    // What is left to say takes memory of its own.
+    drop(work);
+    (state.built, state.loads) = (Vec::new(), Vec::new());
     Ok(Summary {
         outcome,
         touches: ledger::touches(&setting, &state),

@@ -15,7 +15,7 @@ use super::far::Far;
 use super::law::{BookView, Kind, Rule, Tally, for_kind};
 use super::neighbours;
 use super::setting::{PlaneNow, Setting};
-use super::state::{Ball, Lightness, List, Load, State};
+use super::state::{Ball, Lights, List, Load, State};
 use super::walls;
 use crate::model::Scheme;
 use crate::num::Vec3;
@@ -182,7 +182,7 @@ pub struct Field<'a> {
     /// Their angular velocities.
     pub spins: &'a [Vec3],
     /// Their inverse mass properties.
-    pub light: &'a [Lightness],
+    pub light: &'a Lights,
     /// Planes at the time of the pass.
     pub planes: &'a [PlaneNow],
     /// Triangles at the time of the pass.

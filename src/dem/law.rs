@@ -171,24 +171,13 @@ pub struct Book {
     pub pull: Vec<Vec3>,
 }
 
-/// One entry of a book.
+/// Forces in one entry of a book.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Record {
     /// Tangential spring, m.
     pub spring: Vec3,
     /// See [`Book::lag`].
     pub lag: [f64; 2],
-    /// See [`Book::normal`].
-    pub normal: Vec3,
-    /// See [`Book::pull`].
-    pub pull: Vec3,
-}
-
-impl Record {
-    /// The same contact seen from the other side.
-    pub fn reversed(self) -> Self {
-        Self { spring: -self.spring, lag: self.lag, normal: -self.normal, pull: -self.pull }
-    }
 }
 
 /// Which arrays of a book are kept.
@@ -222,25 +211,6 @@ impl Book {
         Record {
             spring: self.spring.get(k).copied().unwrap_or_default(),
             lag: self.lag.get(k).copied().unwrap_or_default(),
-            normal: self.normal.get(k).copied().unwrap_or_default(),
-            pull: self.pull.get(k).copied().unwrap_or_default(),
-        }
-    }
-
-    /// Marks entry `k` as touching with `record`.
-    pub fn restore(&mut self, k: usize, record: Record) {
-        self.touching[k] = true;
-        if let Some(place) = self.spring.get_mut(k) {
-            *place = record.spring;
-        }
-        if let Some(place) = self.lag.get_mut(k) {
-            *place = record.lag;
-        }
-        if let Some(place) = self.normal.get_mut(k) {
-            *place = record.normal;
-        }
-        if let Some(place) = self.pull.get_mut(k) {
-            *place = record.pull;
         }
     }
 
@@ -620,6 +590,13 @@ mod tests {
 
     const KEPT: Kept = Kept { friction: true, damping: true, normals: true, pulls: false };
 
+    /// A book of one contact with this spring and normal.
+    fn book_of(spring: Vec3, normal: Vec3) -> Book {
+        let mut book = Book::open(1, KEPT);
+        (book.touching[0], book.spring[0], book.normal[0]) = (true, spring, normal);
+        book
+    }
+
     proptest! {
         #[test]
         fn limits_hold_and_nothing_gives_energy(
@@ -628,9 +605,7 @@ mod tests {
         ) {
             let pair = Contact { kn: 1e4, kt: 7e3, cn: 2.0, ct: 1.0, friction };
             let normal = (Vec3::z() + tilt).normalize();
-            let mut book = Book::open(1, KEPT);
-            let flat = Vec3::new(old.x, old.y, 0.0);
-            book.restore(0, Record { spring: flat, normal: Vec3::z(), ..Record::default() });
+            let mut book = book_of(Vec3::new(old.x, old.y, 0.0), Vec3::z());
             let rule = Rule { law, advance: 1e-6, interval: 1e-6, bare_slip: false };
             let approach = Approach::new(normal, overlap, velocity, Vec3::zeros());
             let mut tally = Tally::default();
@@ -670,9 +645,7 @@ mod tests {
             let frame = crate::num::Rotation::from_scaled_axis(axis);
             let flat = Vec3::new(old.x, old.y, 0.0);
             let seen = |turn: &dyn Fn(Vec3) -> Vec3| {
-                let mut book = Book::open(1, KEPT);
-                let (spring, normal) = (turn(flat), turn(Vec3::z()));
-                book.restore(0, Record { spring, normal, ..Record::default() });
+                let mut book = book_of(turn(flat), turn(Vec3::z()));
                 let normal = turn((Vec3::z() + tilt).normalize());
                 let approach = Approach::new(normal, overlap, turn(velocity), turn(spins));
                 let mut tally = Tally::default();
@@ -702,8 +675,7 @@ mod tests {
             let work = |count: u32| {
                 let step = 1e-3 / f64::from(count);
                 let rule = Rule { law, advance: step, interval: step, bare_slip: false };
-                let mut book = Book::open(1, KEPT);
-                book.restore(0, Record { normal: Vec3::z(), ..Record::default() });
+                let mut book = book_of(Vec3::zeros(), Vec3::z());
                 let (mut sum, mut last, mut held) = (0.0, None::<Vec3>, 0.0);
                 for i in 0..=2 * count {
                     let place = |s: f64| {

@@ -71,6 +71,18 @@ pub struct Lightness {
     pub inertia: f64,
 }
 
+/// Inverse mass properties of all balls: one entry where all bodies are equal, else one a ball.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Lights(pub Vec<Lightness>);
+
+impl Lights {
+    /// Those of the ball in `slot`.
+    #[inline(always)]
+    pub fn at(&self, slot: usize) -> Lightness {
+        self.0[slot.min(self.0.len() - 1)]
+    }
+}
+
 /// A body of several spheres, or with mass properties of its own.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Solid {
@@ -114,7 +126,7 @@ pub struct State {
     /// Contact loads on the balls.
     pub loads: Vec<Load>,
     /// Inverse mass properties of the balls.
-    pub light: Vec<Lightness>,
+    pub light: Lights,
     /// Index into `Model::spheres` of each slot.
     pub order: Vec<u32>,
     /// Slot of each sphere of the model.
@@ -158,9 +170,9 @@ impl State {
         let mut state = Self {
             step: 0,
             balls: Vec::with_capacity(count),
-            spins: Vec::new(),
+            spins: Vec::with_capacity(if setting.needs.rotation { count } else { 0 }),
             loads: vec![Load::default(); count],
-            light: Vec::with_capacity(count),
+            light: Lights(Vec::with_capacity(if setting.equal_bodies { 1 } else { count })),
             order: (0..count as u32).collect(),
             slot: (0..count as u32).collect(),
             solids: Vec::new(),
@@ -198,10 +210,12 @@ impl State {
                     alone,
                     spare: 0,
                 });
-                state.light.push(Lightness {
-                    mass: if alone { 1.0 / body.mass } else { 0.0 },
-                    inertia: if alone { 1.0 / body.inertia.z } else { 0.0 },
-                });
+                if !setting.equal_bodies || state.light.0.is_empty() {
+                    state.light.0.push(Lightness {
+                        mass: if alone { 1.0 / body.mass } else { 0.0 },
+                        inertia: if alone { 1.0 / body.inertia.z } else { 0.0 },
+                    });
+                }
                 if setting.needs.rotation {
                     state.spins.push(body.spin);
                 }
@@ -291,6 +305,23 @@ impl State {
             };
         }
         states
+    }
+
+    /// Place and velocity of every body, in the model's order.
+    pub fn paths<'a>(
+        &'a self,
+        setting: &'a Setting<'_>,
+    ) -> impl Iterator<Item = (Vec3, Vec3)> + 'a {
+        let mut solids = self.solids.iter().peekable();
+        setting.model.bodies.iter().zip(0u32..).map(move |(body, index)| {
+            match solids.next_if(|solid| solid.body == index) {
+                Some(solid) => (solid.place, solid.velocity),
+                None => {
+                    let ball = &self.balls[self.slot[body.first_sphere as usize] as usize];
+                    (ball.place, ball.velocity)
+                }
+            }
+        })
     }
 
     /// A snapshot in the model's order.

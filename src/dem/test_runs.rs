@@ -335,7 +335,7 @@ fn memory_stays_below_400_bytes_a_sphere() {
     };
     let spheres = state.balls.capacity() * size_of::<crate::dem::state::Ball>()
         + state.loads.capacity() * size_of::<crate::dem::state::Load>()
-        + state.light.capacity() * size_of::<crate::dem::state::Lightness>()
+        + state.light.0.capacity() * size_of::<crate::dem::state::Lightness>()
         + (state.spins.capacity() + state.built.capacity()) * 24
         + (state.order.capacity() + state.slot.capacity()) * 4;
     let lists = list(&state.pairs) + list(&state.planes) + list(&state.faces);
