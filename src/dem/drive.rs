@@ -260,9 +260,13 @@ pub(super) fn force_pass(
 
 /// A frame, and contact forces if they are wanted with it.
 fn hand_over(setting: &Setting<'_>, state: &State, observer: &mut dyn Observer, last: bool) {
+    let pushes = observer.wants_pushes(last);
+    if !observer.wants_frames() && !pushes {
+        return;
+    }
     let frame = state.frame(setting);
     observer.frame(&frame);
-    if observer.wants_pushes(last) {
+    if pushes {
         observer.pushes(&frame, pushes::pushes(setting, state));
     }
 }

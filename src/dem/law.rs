@@ -101,7 +101,9 @@ pub struct Past<L> {
     /// Tangential spring, m.
     pub spring: Triple<L>,
     /// See [`Book::lag`].
-    pub lag: [L; 2],
+    pub lag: L,
+    /// See [`Book::power`].
+    pub power: L,
     /// See [`Book::normal`].
     pub normal: Triple<L>,
 }
@@ -110,7 +112,8 @@ impl<L: Lanes> Past<L> {
     /// Nothing.
     #[inline(always)]
     pub fn none() -> Self {
-        Self { spring: Triple::zero(), lag: [L::splat(0.0); 2], normal: Triple::zero() }
+        let zero = L::splat(0.0);
+        Self { spring: Triple::zero(), lag: zero, power: zero, normal: Triple::zero() }
     }
 }
 
@@ -162,9 +165,13 @@ pub struct Book {
     pub touching: Vec<bool>,
     /// Tangential springs, m; with friction only.
     pub spring: Vec<Vec3>,
-    /// Non-elastic normal force [N] and power of the tangential dashpot [W] at the last pass;
-    /// of path-averaged contacts the whole normal force [N] and 0. With damping only.
-    pub lag: Vec<[f64; 2]>,
+    /// Non-elastic normal force at the last pass, N; of path-averaged contacts the whole normal
+    /// force. With damping only.
+    pub lag: Vec<f64>,
+    /// Power of the tangential dashpot at the last pass, W; 0 of path-averaged contacts. With friction
+    /// and damping only. No force follows from it, and the energies that do are
+    /// of second order in the step: single precision is enough.
+    pub power: Vec<f32>,
     /// Normal of the last pass; with springs that turn with it only.
     pub normal: Vec<Vec3>,
     /// Tangential force on the sphere in the last pass, N; where dashpots are implicit only.
@@ -177,7 +184,7 @@ pub struct Record {
     /// Tangential spring, m.
     pub spring: Vec3,
     /// See [`Book::lag`].
-    pub lag: [f64; 2],
+    pub lag: f64,
 }
 
 /// Which arrays of a book are kept.
@@ -200,7 +207,8 @@ impl Book {
         Self {
             touching: vec![false; size],
             spring: vec![Vec3::zeros(); of(kept.friction)],
-            lag: vec![[0.0; 2]; of(kept.damping)],
+            lag: vec![0.0; of(kept.damping)],
+            power: vec![0.0; of(kept.friction && kept.damping)],
             normal: vec![Vec3::zeros(); of(kept.friction && kept.normals)],
             pull: vec![Vec3::zeros(); of(kept.friction && kept.pulls)],
         }
@@ -220,6 +228,7 @@ impl Book {
             touching: &mut self.touching,
             spring: &mut self.spring,
             lag: &mut self.lag,
+            power: &mut self.power,
             normal: &mut self.normal,
             pull: &mut self.pull,
         }
@@ -234,7 +243,9 @@ pub struct BookView<'a> {
     /// See [`Book::spring`].
     pub spring: &'a mut [Vec3],
     /// See [`Book::lag`].
-    pub lag: &'a mut [[f64; 2]],
+    pub lag: &'a mut [f64],
+    /// See [`Book::power`].
+    pub power: &'a mut [f32],
     /// See [`Book::normal`].
     pub normal: &'a mut [Vec3],
     /// See [`Book::pull`].
@@ -247,11 +258,12 @@ impl<'a> BookView<'a> {
         let (t, touching) = self.touching.split_at_mut(at);
         let (s, spring) = self.spring.split_at_mut(at.min(self.spring.len()));
         let (l, lag) = self.lag.split_at_mut(at.min(self.lag.len()));
+        let (w, power) = self.power.split_at_mut(at.min(self.power.len()));
         let (n, normal) = self.normal.split_at_mut(at.min(self.normal.len()));
         let (p, pull) = self.pull.split_at_mut(at.min(self.pull.len()));
         (
-            Self { touching: t, spring: s, lag: l, normal: n, pull: p },
-            Self { touching, spring, lag, normal, pull },
+            Self { touching: t, spring: s, lag: l, power: w, normal: n, pull: p },
+            Self { touching, spring, lag, power, normal, pull },
         )
     }
 
@@ -267,6 +279,9 @@ impl<'a> BookView<'a> {
         }
         if K::DAMPING {
             past.lag = self.lag[k];
+            if K::FRICTION {
+                past.power = f64::from(self.power[k]);
+            }
         }
         past
     }
@@ -282,6 +297,9 @@ impl<'a> BookView<'a> {
         }
         if K::DAMPING {
             self.lag[k] = past.lag;
+            if K::FRICTION {
+                self.power[k] = past.power as f32;
+            }
         }
     }
 
@@ -292,7 +310,10 @@ impl<'a> BookView<'a> {
             *place = Vec3::zeros();
         }
         if let Some(place) = self.lag.get_mut(k) {
-            *place = [0.0; 2];
+            *place = 0.0;
+        }
+        if let Some(place) = self.power.get_mut(k) {
+            *place = 0.0;
         }
         if let Some(place) = self.pull.get_mut(k) {
             *place = Vec3::zeros();
@@ -399,8 +420,8 @@ pub fn respond<L: Lanes, K: Kind>(
         normal = normal + pair.cn * closing;
         let pulls = L::both(normal.below(zero), L::all(!rule.law.tension));
         normal = L::pick(pulls, zero, normal);
-        past.lag[0] = L::only(touches, normal - elastic);
-        taken[0] = L::splat(0.5 * rule.interval) * closing * (old.lag[0] + past.lag[0]);
+        past.lag = L::only(touches, normal - elastic);
+        taken[0] = L::splat(0.5 * rule.interval) * closing * (old.lag + past.lag);
     }
     normal = L::only(touches, normal);
     let mut tangent = Triple::zero();
@@ -431,8 +452,8 @@ pub fn respond<L: Lanes, K: Kind>(
             taken[2] = L::only(ends, L::splat(0.5) * pair.kt * lost);
         }
         if K::DAMPING {
-            past.lag[1] = L::only(touches, dash.dot(slide));
-            taken[1] = L::splat(rule.interval) * mean_power(old.lag[1], past.lag[1]);
+            past.power = L::only(touches, dash.dot(slide));
+            taken[1] = L::splat(rule.interval) * mean_power(old.power, past.power);
         }
     }
     Response { normal, tangent, past, taken }

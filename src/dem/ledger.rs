@@ -309,8 +309,8 @@ pub fn touches(setting: &Setting<'_>, state: &State) -> Vec<Touch> {
             first: first.min(second),
             second: first.max(second),
             normal: match setting.scheme {
-                Scheme::PathAveraged if setting.kept.damping => record.lag[0],
-                _ => law.kn * overlap + record.lag[0],
+                Scheme::PathAveraged if setting.kept.damping => record.lag,
+                _ => law.kn * overlap + record.lag,
             },
             tangential: law.kt * record.spring.norm(),
         });

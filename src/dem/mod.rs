@@ -111,6 +111,11 @@ use crate::pack::Push;
 pub trait Observer {
     /// A frame that is due; the first at step 0, the last at the end.
     fn frame(&mut self, frame: &Frame);
+    /// Whether frames are looked at at all. They are not made where nobody does: one takes 200 bytes
+    /// a sphere.
+    fn wants_frames(&self) -> bool {
+        true
+    }
     /// A row of the series that is due.
     fn row(&mut self, row: &SeriesRow);
     /// A checkpoint that is due, or the last state of a cancelled run; feed it to [`simulate`] to go on from there.

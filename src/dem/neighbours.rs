@@ -150,6 +150,7 @@ impl List {
         keep(&mut self.partner, &touching);
         keep(&mut self.book.spring, &touching);
         keep(&mut self.book.lag, &touching);
+        keep(&mut self.book.power, &touching);
         keep(&mut self.book.normal, &touching);
         keep(&mut self.book.pull, &touching);
         self
@@ -207,11 +208,7 @@ fn remember(
 }
 
 /// For each entry of a list its `place` in what is remembered.
-fn places(
-    start: &[u32],
-    partner: &[u32],
-    place: impl Fn(usize, u32) -> Option<u32>,
-) -> Vec<u32> {
+fn places(start: &[u32], partner: &[u32], place: impl Fn(usize, u32) -> Option<u32>) -> Vec<u32> {
     let mut places = Vec::with_capacity(partner.len());
     for (slot, range) in start.windows(2).enumerate() {
         let entries = &partner[range[0] as usize..range[1] as usize];
@@ -237,11 +234,12 @@ fn carry(setting: &Setting<'_>, old: Book, places: &[u32]) -> Book {
         wanted.iter().map(of).collect()
     }
     let (kept, zero) = (setting.kept, Vec3::zeros());
-    let Book { spring, lag, normal, pull, .. } = old;
+    let Book { spring, lag, power, normal, pull, .. } = old;
     Book {
         touching: places.iter().map(|place| *place != NEW).collect(),
         spring: moved((kept.friction, spring), places, zero, |v| -v),
-        lag: moved((kept.damping, lag), places, [0.0; 2], |lag| lag),
+        lag: moved((kept.damping, lag), places, 0.0, |lag| lag),
+        power: moved((kept.friction && kept.damping, power), places, 0.0, |power| power),
         normal: moved((kept.friction && kept.normals, normal), places, zero, |v| -v),
         pull: moved((kept.friction && kept.pulls, pull), places, zero, |v| -v),
     }

@@ -627,9 +627,8 @@ fn each_link<'a>(
             .binary_search_by_key(&ball.body, |solid| solid.body)
             .map_or(ball.place, |at| state.solids[at].place)
     };
-    let entries = |list: &List, slot: usize| {
-        list.start[slot] as usize..list.start[slot + 1] as usize
-    };
+    let entries =
+        |list: &List, slot: usize| list.start[slot] as usize..list.start[slot + 1] as usize;
     let planes = setting.planes_at(time);
     for (slot, ball) in state.balls.iter().enumerate() {
         for k in entries(&state.pairs, slot) {

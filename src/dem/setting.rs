@@ -6,7 +6,9 @@ use super::law::Kept;
 use super::servo::{Servo, WallNow};
 use super::state::is_alone;
 use super::surface::Surfaces;
-use crate::model::{Body, Contact, Dimension, History, Law, Model, Motion, Needs, Scheme, WallShape};
+use crate::model::{
+    Body, Contact, Dimension, History, Law, Model, Motion, Needs, Scheme, WallShape,
+};
 use crate::num::{Rotation, Vec3};
 
 /// Fixed data of a run.

@@ -331,7 +331,8 @@ fn memory_stays_below_400_bytes_a_sphere() {
             + list.start.capacity() * 4
             + list.book.touching.len()
             + (list.book.spring.len() + list.book.normal.len() + list.book.pull.len()) * 24
-            + list.book.lag.len() * 16
+            + list.book.lag.len() * 8
+            + list.book.power.len() * 4
     };
     let spheres = state.balls.capacity() * size_of::<crate::dem::state::Ball>()
         + state.loads.capacity() * size_of::<crate::dem::state::Load>()
