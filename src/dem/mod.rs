@@ -4,8 +4,7 @@
 //! Four schemes share everything but the order of operations:
 //! `leapfrog` (ours), `liggghts`, `lammps` and `yade` (those codes to round-off). A fifth,
 //! `path_averaged` (ours), averages forces over the path of each step and is of
-//! second order where contacts begin and end (see [`averaged`]), of first order while a
-//! contact slips in a turning direction.
+//! second order also where contacts begin and end (see [`averaged`]).
 //!
 //! Which velocity stands where, with F_n evaluated at x_n and v_{n−1/2}:
 //! - `leapfrog`, `liggghts`, `lammps`: model velocities are v_0; frames hold x_n, v_n, ω_n.
@@ -188,7 +187,8 @@ pub fn simulate(
     job: &Job,
     observer: &mut dyn Observer,
 ) -> Result<Summary, DemError> {
-    drive::simulate(model, resume, job, observer)
+    let origin = resume.map_or(drive::Origin::Model, drive::Origin::Checkpoint);
+    drive::simulate(model, origin, job, observer).map(|(summary, _)| summary)
 }
 
 /// Gap up to which the first lists hold pairs of spheres, m.
