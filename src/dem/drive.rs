@@ -186,6 +186,7 @@ fn one_step(
     state.ledger.add_half();
     move_walls(setting, state, (state.step + 1) as f64 * setting.step);
     if motion::advance(setting, state, &work.crew, owed) | lists_are_old(state) {
+        work.forget_lists();
         neighbours::rebuild(setting, state);
     }
     force_pass(setting, state, work, false);
@@ -218,6 +219,7 @@ fn is_due(setting: &Setting<'_>, step: u64) -> bool {
 fn averaged_step(setting: &mut Setting<'_>, state: &mut State, work: &mut Workspace) {
     move_walls(setting, state, (state.step as f64 + 0.5) * setting.step);
     if averaged_motion::first_half(setting, state) | lists_are_old(state) {
+        work.forget_lists();
         neighbours::rebuild(setting, state);
     }
     force_pass(setting, state, work, false);

@@ -325,7 +325,11 @@ impl<'a> Network<'a> {
     /// The blocks of the bodies that have a `place`, at the effective stiffness of `step`.
     fn blocks(&self, step: f64, place: &[u32], count: usize) -> Vec<Matrix6<f64>> {
         let mut blocks = vec![Matrix6::zeros(); count];
-        each_link(self.setting, self.state, self.time, touching, |link| {
+        let reach = |one: &Ball, other: &Ball| {
+            let outside = [one, other].iter().all(|ball| place[ball.body as usize] == u32::MAX);
+            if outside { 0.0 } else { touching(one, other) }
+        };
+        each_link(self.setting, self.state, self.time, reach, |link| {
             let at = [Some(link.bodies.0), link.bodies.1]
                 .map(|body| body.map_or(u32::MAX, |body| place[body as usize]));
             if at == [u32::MAX; 2] || link.normal == Vec3::zeros() {
