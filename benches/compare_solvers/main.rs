@@ -80,7 +80,10 @@ fn main() {
     arguments.retain(|argument| argument != "--no-instructions");
     let million = arguments.iter().any(|argument| argument == "--million");
     arguments.retain(|argument| argument != "--million");
-    let chosen = |name: &str| (arguments.is_empty() && (million || name != "A1000000")) || arguments.iter().any(|a| a == name);
+    let chosen = |name: &str| {
+        (arguments.is_empty() && (million || name != "A1000000"))
+            || arguments.iter().any(|a| a == name)
+    };
     println!("load {}", std::fs::read_to_string("/proc/loadavg").unwrap_or_default().trim());
     for (scene, codes, steps) in BENCHES {
         if chosen(scene) {
@@ -137,7 +140,11 @@ fn compare(scene: &str, codes: &[Code], steps: u64, rounds: usize) {
             format!("{low:.3}-{high:.3}"),
             median(&walls[index]),
             ours / middle,
-            if bytes[index].is_empty() { "-".into() } else { format!("{:.0}", median(&bytes[index])) }
+            if bytes[index].is_empty() {
+                "-".into()
+            } else {
+                format!("{:.0}", median(&bytes[index]))
+            }
         );
     }
 }

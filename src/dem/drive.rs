@@ -26,11 +26,11 @@ pub enum Origin<'a> {
     State(Box<State>),
 }
 
-/// See [`super::simulate`]; the state at the end is handed back.
+/// See [`super::simulate`]; the state at the end is handed back whole if it is to be kept.
 pub fn simulate(
     model: &Model,
     origin: Origin<'_>,
-    job: &Job,
+    (job, keep): (&Job, bool),
     observer: &mut dyn Observer,
 ) -> Result<(Summary, State), DemError> {
     let (begun, cpu) = (Instant::now(), clock::cpu_seconds());
@@ -109,6 +109,9 @@ pub fn simulate(
     // What is left to say takes memory of its own.
     drop(work);
     state.built = Vec::new();
+    if !keep {
+        state.loads = Vec::new();
+    }
     let summary = Summary {
         outcome,
         touches: ledger::touches(&setting, &state),

@@ -188,7 +188,7 @@ pub fn simulate(
     observer: &mut dyn Observer,
 ) -> Result<Summary, DemError> {
     let origin = resume.map_or(drive::Origin::Model, drive::Origin::Checkpoint);
-    drive::simulate(model, origin, job, observer).map(|(summary, _)| summary)
+    drive::simulate(model, origin, (job, false), observer).map(|(summary, _)| summary)
 }
 
 /// Gap up to which the first lists hold pairs of spheres, m.
