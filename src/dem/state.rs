@@ -71,6 +71,28 @@ pub struct Lightness {
     pub inertia: f64,
 }
 
+/// Inverse mass properties of all balls: one entry where all bodies are equal, else one a ball.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Lights(pub Vec<Lightness>);
+
+impl Lights {
+    /// Those of `balls`.
+    fn of(setting: &Setting<'_>, balls: &[Ball]) -> Self {
+        let different = if setting.equal_bodies { balls.len().min(1) } else { balls.len() };
+        let of = |ball: &Ball| match ball.alone {
+            true => Lightness::of(&setting.model.bodies[ball.body as usize]),
+            false => Lightness { mass: 0.0, inertia: 0.0 },
+        };
+        Self(balls[..different].iter().map(of).collect())
+    }
+
+    /// Those of the ball in `slot`.
+    #[inline(always)]
+    pub fn at(&self, slot: usize) -> Lightness {
+        self.0[slot.min(self.0.len() - 1)]
+    }
+}
+
 impl Lightness {
     /// Of a body of one sphere.
     fn of(body: &Body) -> Self {
@@ -121,7 +143,7 @@ pub struct State {
     /// Contact loads on the balls.
     pub loads: Vec<Load>,
     /// Inverse mass properties of the balls.
-    pub light: Vec<Lightness>,
+    pub light: Lights,
     /// Index into `Model::spheres` of each slot.
     pub order: Vec<u32>,
     /// Slot of each sphere of the model.
@@ -165,9 +187,9 @@ impl State {
         let mut state = Self {
             step: 0,
             balls: Vec::with_capacity(count),
-            spins: Vec::new(),
+            spins: Vec::with_capacity(if setting.needs.rotation { count } else { 0 }),
             loads: vec![Load::default(); count],
-            light: Vec::with_capacity(count),
+            light: Lights(Vec::new()),
             order: (0..count as u32).collect(),
             slot: (0..count as u32).collect(),
             solids: Vec::new(),
@@ -205,8 +227,6 @@ impl State {
                     alone,
                     spare: 0,
                 });
-                let carried = Lightness { mass: 0.0, inertia: 0.0 };
-                state.light.push(if alone { Lightness::of(body) } else { carried });
                 if setting.needs.rotation {
                     state.spins.push(body.spin);
                 }
@@ -223,6 +243,7 @@ impl State {
                 });
             }
         }
+        state.light = Lights::of(setting, &state.balls);
         for index in 0..state.solids.len() {
             state.carry_members(setting, index);
         }
@@ -236,13 +257,9 @@ impl State {
         (self.step, self.built_at, self.rebuilds) = (0, 0, 0);
         self.ledger = Ledger::default();
         for (sphere, &slot) in model.spheres.iter().zip(&self.slot) {
-            let (ball, body) =
-                (&mut self.balls[slot as usize], &model.bodies[sphere.body as usize]);
-            ball.radius = sphere.radius;
-            if ball.alone {
-                self.light[slot as usize] = Lightness::of(body);
-            }
+            self.balls[slot as usize].radius = sphere.radius;
         }
+        self.light = Lights::of(setting, &self.balls);
         for index in 0..self.solids.len() {
             let solid = &mut self.solids[index];
             let inertia = &model.bodies[solid.body as usize].inertia;
@@ -255,8 +272,9 @@ impl State {
     pub fn carry_members(&mut self, setting: &Setting<'_>, index: usize) {
         let solid = &self.solids[index];
         let body = &setting.model.bodies[solid.body as usize];
+        let turn = solid.turn.to_rotation_matrix();
         for sphere in body.first_sphere..body.first_sphere + body.sphere_count {
-            let arm = solid.turn * setting.model.spheres[sphere as usize].offset;
+            let arm = turn * setting.model.spheres[sphere as usize].offset;
             let slot = self.slot[sphere as usize] as usize;
             let ball = &mut self.balls[slot];
             ball.place = solid.place + arm;
@@ -318,6 +336,23 @@ impl State {
             };
         }
         states
+    }
+
+    /// Place and velocity of every body, in the model's order.
+    pub fn paths<'a>(
+        &'a self,
+        setting: &'a Setting<'_>,
+    ) -> impl Iterator<Item = (Vec3, Vec3)> + 'a {
+        let mut solids = self.solids.iter().peekable();
+        setting.model.bodies.iter().zip(0u32..).map(move |(body, index)| {
+            match solids.next_if(|solid| solid.body == index) {
+                Some(solid) => (solid.place, solid.velocity),
+                None => {
+                    let ball = &self.balls[self.slot[body.first_sphere as usize] as usize];
+                    (ball.place, ball.velocity)
+                }
+            }
+        })
     }
 
     /// A snapshot in the model's order.
