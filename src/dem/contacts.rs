@@ -49,6 +49,9 @@ const ANSWERS: [[bool; GROUP]; 256] = {
 /// [`GROUP`].
 const SWEEP: usize = 64;
 
+/// Spheres of scenes up to this size stay near the processor by themselves.
+const NEAR: usize = 4096;
+
 /// One quantity of all pairs of a sweep.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
@@ -296,8 +299,11 @@ fn all<V: Version, K: Kind>(
     scratch.pulls.resize(part.loads.len() + part.strangers.len(), ZEROS);
     let whole = pairs.first.len() / GROUP * GROUP;
     for begin in (0..whole).step_by(SWEEP) {
-        let ahead = pairs.second.iter().skip(begin + SWEEP).take(SWEEP);
-        ahead.for_each(|slot| fetch(field, *slot as usize));
+        if field.balls.len() > NEAR {
+            let next = begin + SWEEP..(begin + 2 * SWEEP).min(whole);
+            let ahead = pairs.second.get(next).unwrap_or_default();
+            ahead.iter().for_each(|slot| fetch(field, *slot as usize));
+        }
         let pairs = pairs.slice(begin, (begin + SWEEP).min(whole));
         let count = pairs.first.len();
         let book = (&mut part.book, begin);

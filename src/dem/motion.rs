@@ -123,11 +123,12 @@ fn move_alone(setting: &Setting<'_>, state: &mut State, crew: &Crew, leap: &Leap
 
 fn fly(setting: &Setting<'_>, lights: &Lights, flock: &mut Flock<'_>, leap: &Leap) {
     let (gravity, step) = (setting.gravity, setting.step);
+    let same = lights.same();
+    let light = |slot: usize| same.unwrap_or_else(|| lights.at(slot));
     let fixed = (flock.first..).zip(flock.loads).zip(flock.built);
     for (ball, ((slot, load), built)) in flock.balls.iter_mut().zip(fixed) {
         if ball.alone {
-            let light = lights.at(slot);
-            let gain = (load.force * light.mass + gravity) * leap.kick;
+            let gain = (load.force * light(slot).mass + gravity) * leap.kick;
             if leap.owed {
                 ball.velocity += gain;
             }
@@ -137,7 +138,7 @@ fn fly(setting: &Setting<'_>, lights: &Lights, flock: &mut Flock<'_>, leap: &Lea
         }
     }
     for (spin, (slot, load)) in flock.spins.iter_mut().zip((flock.first..).zip(flock.loads)) {
-        let gain = load.torque * (lights.at(slot).inertia * leap.kick);
+        let gain = load.torque * (light(slot).inertia * leap.kick);
         if leap.owed {
             *spin += gain;
         }

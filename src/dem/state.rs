@@ -86,6 +86,11 @@ impl Lights {
         Self(balls[..different].iter().map(of).collect())
     }
 
+    /// Those of every ball, where all are equal.
+    pub fn same(&self) -> Option<Lightness> {
+        if let [only] = self.0[..] { Some(only) } else { None }
+    }
+
     /// Those of the ball in `slot`.
     #[inline(always)]
     pub fn at(&self, slot: usize) -> Lightness {
