@@ -384,8 +384,9 @@ fn match_volume(balls: &mut [Ball], target: &Target, smallest: f64) {
             .map(|b| Ball { centre: b.centre, radius: (b.radius + by).max(smallest) })
             .collect()
     };
-    let excess =
-        |by: f64, panels: usize| united::balls(&grown(balls, by), panels).mass.volume / wanted - 1.0;
+    let excess = |by: f64, panels: usize| {
+        united::balls(&grown(balls, by), panels).mass.volume / wanted - 1.0
+    };
     // A fit is never so far off that more is needed.
     let most = 0.1 * target.diameter;
     let start = excess(0.0, united::PANELS / 16);

@@ -69,9 +69,8 @@ impl Lists {
     }
 
     fn hold(&self, balls: &[Ball]) -> bool {
-        let moved = |(a, b): (&Ball, &Ball)| {
-            (a.centre - b.centre).norm() + (a.radius - b.radius).abs()
-        };
+        let moved =
+            |(a, b): (&Ball, &Ball)| (a.centre - b.centre).norm() + (a.radius - b.radius).abs();
         self.balls.len() == balls.len()
             && self.balls.iter().zip(balls).map(moved).all(|moved| 2.0 * moved <= self.margin)
     }

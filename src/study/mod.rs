@@ -12,6 +12,7 @@ mod models;
 mod oblique;
 mod outside;
 mod packing;
+mod stand_in;
 mod tree;
 
 use crate::num::Job;
@@ -61,7 +62,7 @@ pub const STUDIES: &[Study] = &[
     },
     Study {
         key: "clump",
-        summary: "error of each clump method against the number of spheres and CPU time, on eight solids",
+        summary: "error of each clump method against the number of spheres and CPU time, on eight solids, and what it costs in rebounds and heaps",
         run: clump::study,
     },
     Study {
@@ -84,6 +85,11 @@ pub const STUDIES: &[Study] = &[
 /// The study of this key.
 pub fn find(key: &str) -> Option<&'static Study> {
     STUDIES.iter().find(|study| study.key == key)
+}
+
+/// The study of this key without its DEM runs; `None` where it is nothing else or has none.
+pub fn without_dem(key: &str) -> Option<fn(Effort, &Job) -> Result<Findings, StudyError>> {
+    (key == "clump").then_some(clump::shapes_alone as _)
 }
 
 /// Fails once the user has asked to stop.
