@@ -52,6 +52,10 @@ const FREE: f64 = 0.12;
 const GRID: f64 = 12.0;
 /// Weight of points inside a sphere where spheres may not stick out freely.
 const INWARD: f64 = 8.0;
+/// What lies between two points of the coarse set sticks out by less than this.
+const UNSEEN: f64 = 0.02;
+/// Distance of a surface point from all spheres from which on much is left bare.
+const BARE: f64 = 0.2;
 /// Points of the union's surface that are looked at for voids, rounds of filling them, and how
 /// much the mean square of the distances may rise for it.
 const VOID_CHECKS: usize = 1500;
@@ -200,8 +204,19 @@ impl Fitted {
         let most = self.protrusion.unwrap_or(FREE) * diameter;
         let limit = |centre: &Vec3| most - target.distance.at(centre);
         let maximal = |coarse: &Patches, allowed: f64| {
-            let mut balls = cover::candidates(coarse, stride, allowed, smallest, widest);
-            // Free spheres stick out by `allowed` and what lies between two points: less.
+            // Free spheres stick out by `allowed` and what lies between two points, which is
+            // less; but where the solid is thinner than that nothing stopped them.
+            let hold = |point: &Vec3, normal: &Vec3, radius: f64| {
+                let out = |radius: f64| radius + target.distance.at(&(point - normal * radius));
+                match self.protrusion {
+                    None if out(radius) > 2.0 * allowed + UNSEEN * diameter => {
+                        largest_below(out, radius, allowed)
+                    }
+                    _ => radius,
+                }
+            };
+            let mut balls =
+                cover::candidates_held(coarse, stride, allowed, smallest, widest, &hold);
             if self.protrusion.is_some() {
                 balls.iter_mut().for_each(|b| b.radius = b.radius.min(limit(&b.centre)));
             }
@@ -227,6 +242,23 @@ impl Fitted {
                 name: target.solid.name.clone(),
                 advice: "lower `smallest`, or raise `protrusion` or leave it out",
             });
+        }
+        // Inner balls of a plate or blade are small: where much is left bare, larger ones.
+        let mut wider = allowed;
+        while self.protrusion.is_none()
+            && wider < FREE * diameter
+            && balls.len() == count
+            && largest_gap(&coarse, &balls) > BARE * diameter
+        {
+            self.stop_if_asked(job)?;
+            wider = (2.0 * wider).min(FREE * diameter);
+            let others = maximal(&coarse, wider);
+            let trial = cover::greedy(&coarse, &others, Vec::new(), count);
+            if !trial.is_empty()
+                && refiner.assign(trial.clone()).cost < refiner.assign(balls.clone()).cost
+            {
+                (balls, candidates) = (trial, others);
+            }
         }
         // Maximal balls of a smooth solid cover all points once they stick out enough.
         while balls.len() < count && allowed > 1e-6 * diameter {
@@ -292,6 +324,32 @@ impl Fitted {
             self.spheres, self.power
         )
     }
+}
+
+/// The largest radius below `radius` at which `out` is not above `allowed`, to a thousandth;
+/// `out` rises, and is zero at a radius of zero.
+fn largest_below(out: impl Fn(f64) -> f64, radius: f64, allowed: f64) -> f64 {
+    let (mut low, mut high) = (0.0, radius);
+    for _ in 0..24 {
+        let middle = 0.5 * (low + high);
+        if out(middle) <= allowed {
+            low = middle
+        } else {
+            high = middle
+        }
+        if high - low < 1e-3 * low {
+            break;
+        }
+    }
+    low
+}
+
+/// Distance of the surface point that is farthest outside all spheres, m.
+fn largest_gap(patches: &Patches, balls: &[Ball]) -> f64 {
+    let gap = |point: &Vec3| {
+        balls.iter().map(|b| (point - b.centre).norm() - b.radius).fold(f64::INFINITY, f64::min)
+    };
+    patches.points[..patches.normals.len()].iter().map(gap).fold(0.0, f64::max)
 }
 
 /// Deeper inside than this a fit of `count` spheres leaves no gaps at edges, m.
@@ -480,13 +538,58 @@ mod tests {
 
     #[test]
     fn plates_do_not_tempt_spheres_to_grow_without_bound() {
-        // Thinner ones are not covered by 16 spheres: 12 x 10 x 1 leaves 0.58 diameters bare.
-        let plate = solid("plate", box_mesh(Vec3::new(12.0, 10.0, 2.0)));
-        let clump = make(&plate, quick(16));
+        for (edges, spheres, largest) in [
+            ([12.0, 10.0, 2.0], 16, 0.2),
+            ([12.0, 10.0, 1.0], 50, 0.15),
+            ([20.0, 1.0, 1.0], 16, 0.2),
+        ] {
+            let plate = solid("plate", box_mesh(Vec3::from(edges)));
+            let clump = make(&plate, quick(spheres));
+            let f = clump.fidelity.expect("measured");
+            assert!(f.volume_error.abs() < 1e-3, "{edges:?} {f:?}");
+            assert!(f.largest_distance < largest * f.equivalent_diameter, "{edges:?} {f:?}");
+            assert!(clump.balls.iter().all(|b| b.radius < 0.5 * f.equivalent_diameter));
+        }
+    }
+
+    #[test]
+    fn a_plate_thinner_than_what_may_stick_out_is_no_room_for_large_balls() {
+        // Thickness 0.08 diameters, less than the 0.12 by which free spheres may stick out.
+        let plate = solid("plate", box_mesh(Vec3::new(10.0, 10.0, 0.25)));
+        let clump = make(&plate, quick(60));
         let f = clump.fidelity.expect("measured");
-        assert!(f.volume_error.abs() < 1e-3, "{f:?}");
-        assert!(f.largest_distance < 0.2 * f.equivalent_diameter, "{f:?}");
-        assert!(clump.balls.iter().all(|b| b.radius < 0.5 * f.equivalent_diameter));
+        let target = Target::new(&plate).expect("closed");
+        for ball in clump.in_solid_frame() {
+            let out = ball.radius + target.distance.at(&ball.centre);
+            assert!(out < 0.2 * f.equivalent_diameter, "{out}");
+        }
+        let foil = solid("foil", box_mesh(Vec3::new(1.0, 1.0, 1e-6)));
+        let method = Method::Fitted(quick(10));
+        let refused = reproduce(&foil, &method, MassSource::Solid, 1, 2, &Job::quiet());
+        assert!(matches!(refused, Err(ClumpError::NoSphere { .. })), "{refused:?}");
+    }
+
+    #[test]
+    fn a_void_between_spheres_is_filled() {
+        let cube = solid("cube", box_mesh(Vec3::repeat(2.0)));
+        let target = Target::new(&cube).expect("closed");
+        let patches = Patches::new(&cube.mesh, 2000);
+        let limit = |_: &Vec3| f64::INFINITY;
+        let refiner = Refiner {
+            patches: &patches,
+            power: 2.0,
+            inner_weight: 1.0,
+            smallest: 0.05,
+            limit: &limit,
+        };
+        // Eight balls near the corners leave the middle empty, and no surface point sees that.
+        let corners =
+            (0..8).map(|i| Vec3::from([i & 1, i >> 1 & 1, i >> 2].map(|b| f64::from(b) - 0.5)));
+        let balls: Vec<Ball> = corners.map(|c| Ball { centre: c * 1.1, radius: 0.8 }).collect();
+        let hollow = |balls: &[Ball]| balls.iter().all(|b| b.centre.norm() > b.radius);
+        assert!(hollow(&balls));
+        let fit = filled(&refiner, refiner.assign(balls), &target, 0.5);
+        assert!(!hollow(&fit.balls), "{:?}", fit.balls);
     }
 
     #[test]
