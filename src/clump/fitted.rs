@@ -570,29 +570,6 @@ mod tests {
     }
 
     #[test]
-    fn a_void_between_spheres_is_filled() {
-        let cube = solid("cube", box_mesh(Vec3::repeat(2.0)));
-        let target = Target::new(&cube).expect("closed");
-        let patches = Patches::new(&cube.mesh, 2000);
-        let limit = |_: &Vec3| f64::INFINITY;
-        let refiner = Refiner {
-            patches: &patches,
-            power: 2.0,
-            inner_weight: 1.0,
-            smallest: 0.05,
-            limit: &limit,
-        };
-        // Eight balls near the corners leave the middle empty, and no surface point sees that.
-        let corners =
-            (0..8).map(|i| Vec3::from([i & 1, i >> 1 & 1, i >> 2].map(|b| f64::from(b) - 0.5)));
-        let balls: Vec<Ball> = corners.map(|c| Ball { centre: c * 1.1, radius: 0.8 }).collect();
-        let hollow = |balls: &[Ball]| balls.iter().all(|b| b.centre.norm() > b.radius);
-        assert!(hollow(&balls));
-        let fit = filled(&refiner, refiner.assign(balls), &target, 0.5);
-        assert!(!hollow(&fit.balls), "{:?}", fit.balls);
-    }
-
-    #[test]
     fn a_smaller_error_takes_more_spheres_and_what_is_not_reached_is_said() {
         let solid = solid("l", l_mesh());
         let with = |error, spheres| {
