@@ -25,7 +25,7 @@ use rayon::prelude::*;
 /// Equivalent diameter of every grain, m; density, kg/m³; stiffness, N/m.
 const DIAMETER: f64 = 0.02;
 const DENSITY: f64 = 2500.0;
-const KN: f64 = 4e3;
+const KN: f64 = 2e4;
 /// Speed of the impacts, m/s.
 const SPEED: f64 = 0.3;
 /// Grains of a heap: so many side by side, so many layers; width of the room, diameters.
@@ -98,9 +98,11 @@ pub fn add(
             let difference = difference(one, finest);
             let (angle, error) = (mean(&one.angles).unwrap_or(f64::NAN), scatter(&one.angles));
             let from = angle - mean(&finest.angles).unwrap_or(f64::NAN);
-            angles.push((one.spheres as f64, angle));
+            if angle.is_finite() {
+                angles.push((one.spheres as f64, angle));
+            }
             let is_finest = rung + 1 == mine.len();
-            if !is_finest {
+            if !is_finest && difference.is_finite() && from.is_finite() {
                 off.push((one.spheres as f64, 100.0 * difference));
                 worst.push((one.spheres, 100.0 * difference, from));
             }
@@ -192,8 +194,12 @@ fn heaps(series: Vec<Series>, seeds: u64) -> Chart {
     }
 }
 
-/// Root mean square of the differences of the velocities after the impacts, over the speed.
+/// Root mean square of the differences of the velocities after the impacts, over the speed; not
+/// a number where one of them did not end.
 fn difference(one: &Behaviour, other: &Behaviour) -> f64 {
+    if one.rebounds.len() != other.rebounds.len() {
+        return f64::NAN;
+    }
     let all: Vec<f64> =
         one.rebounds.iter().zip(&other.rebounds).map(|(a, b)| (a - b).norm()).collect();
     root_mean_square(&all).unwrap_or(f64::NAN)
@@ -267,15 +273,18 @@ fn put(model: &mut Model, clump: &Clump, place: Vec3, turn: Rotation, velocity: 
     });
 }
 
-fn run(mut model: Model, duration: f64) -> Result<(Model, Run), StudyError> {
-    model.plan.step = dem::advise(&model).step;
+/// Runs a model at a fiftieth of its shortest contact; `None` where the guard stops it.
+///
+/// Overlaps are small beside a grain, not beside the smallest of its spheres, which the guard and
+/// the advised step would compare them with.
+fn run(mut model: Model, duration: f64) -> Result<Option<(Model, Run)>, StudyError> {
+    let advice = dem::advise(&model);
+    model.plan.step = (advice.contact_time / 50.0).min(0.5 * advice.limit);
     model.plan.steps = (duration / model.plan.step).ceil() as u64;
+    (model.plan.guard.overlap, model.plan.guard.travel) = (1e3, 10.0);
     let run =
         dem::run(&model, &Job::quiet()).map_err(|error| StudyError::Work(error.to_string()))?;
-    match run.outcome {
-        Outcome::Finished => Ok((model, run)),
-        other => Err(StudyError::Work(format!("clumps in motion ended early: {other:?}"))),
-    }
+    Ok(matches!(run.outcome, Outcome::Finished).then_some((model, run)))
 }
 
 /// Velocities after impacts on a plane over the speed before, one for each turn.
@@ -297,12 +306,15 @@ fn impacts(clump: &Clump, reach: f64, turns: u64) -> Result<Vec<Vec3>, StudyErro
     }
     let mass = DENSITY * clump.volume;
     let contact = std::f64::consts::PI * (mass / KN).sqrt();
-    let (_, run) = run(model, 1e-3 * DIAMETER / SPEED + 4.0 * contact)?;
-    let Some(last) = run.frames.last() else { return Ok(Vec::new()) };
-    Ok(last.bodies.iter().map(|state| state.velocity / SPEED).collect())
+    let ended = run(model, 1e-3 * DIAMETER / SPEED + 4.0 * contact)?;
+    let last = ended.and_then(|(_, run)| run.frames.last().cloned());
+    Ok(last.map_or(Vec::new(), |frame| {
+        frame.bodies.iter().map(|state| state.velocity / SPEED).collect()
+    }))
 }
 
-/// Angle of the heap that is left of grains that settled between walls, degrees.
+/// Angle of the heap that is left of grains that settled between walls, degrees; not a number
+/// where the guard stopped the run.
 fn repose(clump: &Clump, reach: f64, seed: u64) -> Result<f64, StudyError> {
     let mut model = ground(0.3, 0.5);
     model.gravity = -9.81 * Vec3::z();
@@ -328,7 +340,7 @@ fn repose(clump: &Clump, reach: f64, seed: u64) -> Result<f64, StudyError> {
     }
     let fall =
         (2.0 * 2.02 * reach * f64::from(SIDE * SIDE * LAYERS / abreast / abreast) / 9.81).sqrt();
-    let (mut model, settled) = run(model, fall + 0.3)?;
+    let Some((mut model, settled)) = run(model, fall + 0.3)? else { return Ok(f64::NAN) };
     model.walls.truncate(1);
     if let Some(last) = settled.frames.last() {
         for (body, state) in model.bodies.iter_mut().zip(&last.bodies) {
@@ -336,7 +348,7 @@ fn repose(clump: &Clump, reach: f64, seed: u64) -> Result<f64, StudyError> {
             (body.velocity, body.spin) = (state.velocity, state.spin);
         }
     }
-    let (_, run) = run(model, 0.6)?;
+    let Some((_, run)) = run(model, 0.6)? else { return Ok(f64::NAN) };
     let places: Vec<Vec3> =
         run.frames.last().map_or(Vec::new(), |f| f.bodies.iter().map(|s| s.position).collect());
     Ok(cone(&places))
