@@ -38,6 +38,9 @@ pub enum StudyError {
     Work(String),
 }
 
+/// What does a study.
+pub type Work = fn(Effort, &Job) -> Result<Findings, StudyError>;
+
 /// A study.
 pub struct Study {
     /// Key on the command line.
@@ -45,7 +48,7 @@ pub struct Study {
     /// What it shows, in one line.
     pub summary: &'static str,
     /// Does it.
-    pub run: fn(Effort, &Job) -> Result<Findings, StudyError>,
+    pub run: Work,
 }
 
 /// All studies.
@@ -88,7 +91,7 @@ pub fn find(key: &str) -> Option<&'static Study> {
 }
 
 /// The study of this key without its DEM runs; `None` where it is nothing else or has none.
-pub fn without_dem(key: &str) -> Option<fn(Effort, &Job) -> Result<Findings, StudyError>> {
+pub fn without_dem(key: &str) -> Option<Work> {
     (key == "clump").then_some(clump::shapes_alone as _)
 }
 
