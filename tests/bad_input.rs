@@ -263,6 +263,131 @@ fn wrong_meshes_are_refused_with_the_reason() {
     }
 }
 
+/// A cube of edge 1 as corners and triangles.
+fn cube() -> (Vec<[f64; 3]>, Vec<[usize; 3]>) {
+    let corners = (0..8).map(|i| [i >> 2 & 1, i >> 1 & 1, i & 1].map(f64::from)).collect();
+    let faces =
+        [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
+    let triangles = faces.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
+    (corners, triangles)
+}
+
+fn obj((corners, triangles): &(Vec<[f64; 3]>, Vec<[usize; 3]>), scale: f64) -> String {
+    let mut text = String::new();
+    for corner in corners {
+        let [x, y, z] = corner.map(|value| value * scale);
+        text.push_str(&format!("v {x:e} {y:e} {z:e}\n"));
+    }
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|corner| corner + 1);
+        text.push_str(&format!("f {a} {b} {c}\n"));
+    }
+    text
+}
+
+/// A cube and another one, moved by `offset` and `size` times as large.
+fn two_cubes(offset: [f64; 3], size: f64) -> (Vec<[f64; 3]>, Vec<[usize; 3]>) {
+    let (mut corners, mut triangles) = cube();
+    let second: Vec<[f64; 3]> = corners
+        .iter()
+        .map(|corner| std::array::from_fn(|axis| corner[axis] * size + offset[axis]))
+        .collect();
+    let again: Vec<[usize; 3]> =
+        triangles.iter().map(|t: &[usize; 3]| t.map(|corner| corner + 8)).collect();
+    corners.extend(second);
+    triangles.extend(again);
+    (corners, triangles)
+}
+
+/// What becomes of a bad mesh.
+enum Fate {
+    /// A clump; standard error says this (nothing for "").
+    Mended(&'static str),
+    /// Exit code 2 with this in the message.
+    Refused(&'static str),
+}
+
+#[test]
+fn bad_meshes_are_mended_or_refused_by_every_verb() {
+    use Fate::{Mended, Refused};
+    let good = cube();
+    let without = |count: usize| (good.0.clone(), good.1[count..].to_vec());
+    let turned = (good.0.clone(), good.1.iter().map(|[a, b, c]| [*a, *c, *b]).collect());
+    let mut pierced = cube();
+    pierced.0[7] = [-1.0, 0.4, 0.3];
+    let flat = (good.0.iter().map(|[x, y, _]| [*x, *y, 0.0]).collect(), good.1.clone());
+    let soup = (
+        good.1.iter().flat_map(|t| t.map(|corner| good.0[corner])).collect(),
+        (0..12).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
+    );
+    let mut lines = cube();
+    lines.1.extend([[0, 0, 1], [2, 2, 2], [0, 1, 1]]);
+    let mut repeated = cube();
+    repeated.1.push(good.1[0]);
+    let one = (good.0[..3].to_vec(), vec![[0, 1, 2]]);
+    let plate = (good.0.iter().map(|[x, y, z]| [*x, *y, z * 1e-6]).collect(), good.1.clone());
+    let rows: Vec<(&str, String, Fate)> = vec![
+        ("a good cube", obj(&good, 1.0), Mended("")),
+        ("open", obj(&without(2), 1.0), Refused("open")),
+        ("one triangle", obj(&one, 1.0), Refused("open")),
+        ("inside out", obj(&turned, 1.0), Mended("inside out")),
+        ("through itself", obj(&pierced, 1.0), Refused("self-intersecting")),
+        (
+            "four triangles at an edge",
+            obj(&two_cubes([1.0, 1.0, 0.0], 1.0), 1.0),
+            Refused("non-manifold"),
+        ),
+        ("two pieces", obj(&two_cubes([3.0, 0.0, 0.0], 1.0), 1.0), Refused("2 pieces")),
+        ("one in the other", obj(&two_cubes([0.25; 3], 0.5), 1.0), Refused("2 pieces")),
+        ("flat", obj(&flat, 1.0), Refused("empty")),
+        ("tiny", obj(&good, 1e-30), Mended("")),
+        ("lost in single precision", obj(&good, 1e-60), Refused("empty")),
+        ("huge", obj(&good, 1e30), Mended("")),
+        ("beyond single precision", obj(&good, 1e60), Refused("no finite point")),
+        ("corners of its own for every triangle", obj(&soup, 1.0), Mended("welded")),
+        ("triangles that are lines", obj(&lines, 1.0), Mended("degenerate")),
+        ("a triangle twice", obj(&repeated, 1.0), Mended("duplicate")),
+        ("a corner that is not there", "v 0 0 0\nv 1 0 0\nf 1 2 9\n".into(), Refused("9")),
+        ("far thinner than the least sphere", obj(&plate, 1.0), Refused("no sphere fits")),
+    ];
+    let mut wrong = Vec::new();
+    for (what, text, fate) in rows {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        write(folder.path(), "grain.obj", text);
+        let scene = GOOD.replace(
+            "shape = \"sphere\"",
+            "shape.files = { paths = [\"grain.obj\"] }\nclump.fitted = { spheres = 6, trials = 0 }",
+        );
+        write(folder.path(), "scene.toml", scene);
+        for arguments in [
+            &["measure", "grain.obj"][..],
+            &["reproduce", "grain.obj", "--spheres", "6"],
+            &["reproduce", "scene.toml"],
+        ] {
+            let (code, message) = ending(&riprap(arguments, folder.path()));
+            let of_scene = arguments[1] == "scene.toml";
+            let fine = match (&fate, arguments[0]) {
+                // Its size is set by the scene; its recipe says what was mended.
+                (Mended(_), _) if of_scene => code == Some(0),
+                (Refused("empty" | "no finite point"), _) if of_scene => {
+                    code == Some(2) && message.contains("grain.obj") || code == Some(0)
+                }
+                // What can be measured is, with a warning.
+                (Refused(said @ "self-intersecting"), "measure") => {
+                    code == Some(0) && message.contains(said)
+                }
+                (Refused("no sphere fits"), "measure") => matches!(code, Some(0 | 2)),
+                (Mended(said), _) => code == Some(0) && message.contains(said),
+                (Refused(said), _) => code == Some(2) && message.contains(said),
+            };
+            if !fine || message.contains("panicked") {
+                wrong.push(format!("{what}: {arguments:?}: {code:?} {message}"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
 #[test]
 fn an_inside_out_mesh_is_turned_and_reported() {
     let folder = tempfile::tempdir().expect("a temporary folder");

@@ -255,6 +255,9 @@ pub struct Study {
     /// Fewer points: about a minute instead of some.
     #[arg(long)]
     pub quick: bool,
+    /// Study clump: leave out what the error of a clump costs in a DEM run.
+    #[arg(long)]
+    pub without_dem: bool,
 }
 
 /// `riprap sweep`.

@@ -2,10 +2,8 @@
 
 use super::arguments::{Generate, SceneOnly};
 use super::{Ending, Screen};
-use crate::geometry::GeometryError;
 use crate::scene::road::Road;
-use crate::shape::descriptors::{Descriptors, describe};
-use rayon::prelude::*;
+use crate::shape::descriptors::Descriptors;
 use serde_json::json;
 
 pub fn generate(arguments: &Generate, screen: &Screen) -> Result<(), Ending> {
@@ -14,14 +12,11 @@ pub fn generate(arguments: &Generate, screen: &Screen) -> Result<(), Ending> {
     if arguments.as_drawn {
         return as_drawn(&mut road, screen);
     }
-    let solids = road.solids()?.solids;
+    let described = road.solids()?.described;
     screen.remarks(&mut road);
-    let rows: Vec<(String, Descriptors)> = solids
-        .par_iter()
-        .flatten()
-        .map(|solid| Ok((solid.name.clone(), describe(&solid.mesh)?)))
-        .collect::<Result<_, GeometryError>>()?;
-    let spheres = solids.len() - rows.len();
+    let rows: Vec<(&str, &Descriptors)> =
+        described.iter().flatten().map(|known| (known.name.as_str(), &known.measures)).collect();
+    let spheres = described.len() - rows.len();
     let mut text = String::new();
     if !rows.is_empty() {
         text.push_str(&format!(

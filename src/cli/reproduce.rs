@@ -44,6 +44,7 @@ fn of_mesh(arguments: &Reproduce, screen: &Screen) -> Result<(), Ending> {
         .map_or("mesh".to_owned(), |stem| stem.to_string_lossy().into_owned());
     let mesh = format::read_mesh(&arguments.input)?;
     let (mesh, repairs) = check::solid(mesh)
+        .and_then(|(mesh, repairs)| check::simple(&mesh).map(|()| (mesh, repairs)))
         .map_err(|fault| Ending::Input(format!("{}: {fault}", arguments.input.display())))?;
     if !repairs.is_none() {
         screen.warn(&format!("{}: {repairs}", arguments.input.display()));

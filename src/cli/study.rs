@@ -20,14 +20,21 @@ pub fn study(arguments: &Study, screen: &Screen) -> Result<(), Ending> {
         let (what, keys) = (&arguments.what, keys.join(", "));
         return Err(Ending::Input(format!("there is no study \"{what}\"; there are: {keys}")));
     };
+    let run = match arguments.without_dem {
+        true => study::without_dem(found.key).ok_or_else(|| {
+            Ending::Input(format!("study {} has no part that --without-dem leaves out", found.key))
+        })?,
+        false => found.run,
+    };
     let folder = arguments.output.clone().unwrap_or_else(|| format!("study-{}", found.key).into());
     // A folder that cannot be made fails before the work.
     std::fs::create_dir_all(&folder)
         .map_err(|error| Ending::Input(format!("{}: cannot write: {error}", folder.display())))?;
     let effort = if arguments.quick { Effort::Quick } else { Effort::Full };
-    let findings = (found.run)(effort, &screen.job())?;
+    let findings = run(effort, &screen.job())?;
     let quick = if arguments.quick { " --quick" } else { "" };
-    let files = findings.write(&folder, &format!("riprap study {}{quick}", found.key))?;
+    let alone = if arguments.without_dem { " --without-dem" } else { "" };
+    let files = findings.write(&folder, &format!("riprap study {}{quick}{alone}", found.key))?;
     screen.say(&format!("wrote {} files into {}", files.len(), folder.display()));
     let value = json!({ "study": found.key, "found": findings.json(), "files": files });
     screen.result(&value, &findings.text())

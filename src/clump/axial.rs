@@ -37,7 +37,7 @@ pub const ENTRY: MethodEntry = MethodEntry {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
 pub struct Axial {
-    /// Spheres; 1 to 1000, default 9.
+    /// Spheres; 1 to 1000, default 9; more, up to 1000, where so many would not hang together.
     #[serde(default = "default_spheres")]
     pub spheres: usize,
     /// Where the radii come from; default `inscribed`.
@@ -66,6 +66,8 @@ impl Default for Axial {
     }
 }
 
+/// Most spheres.
+const MOST: usize = 1000;
 /// Steps along the axis when its inner part is looked for.
 const STEPS: usize = 400;
 
@@ -73,7 +75,7 @@ impl Axial {
     /// # Errors
     /// [`Fault`] for a value out of its range.
     pub fn validate(&self) -> Result<(), Fault> {
-        Fault::within("spheres", self.spheres as f64, 1.0, 1000.0)
+        Fault::within("spheres", self.spheres as f64, 1.0, MOST as f64)
     }
 
     pub(super) fn find(&self, target: &Target, job: &Job) -> Result<Found, ClumpError> {
@@ -89,25 +91,37 @@ impl Axial {
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
         let depth = |x: f64| -target.distance.at(&(origin + axis * x));
         let (first, last) = ends(&depth, low, high);
-        let mut balls = Vec::new();
-        for at in 0..self.spheres {
+        let row = |count: usize| -> Vec<Ball> {
+            let mut balls = Vec::new();
+            for at in 0..count {
+                let share = if count == 1 { 0.5 } else { at as f64 / (count - 1) as f64 };
+                let x = first + (last - first) * share;
+                let inscribed = depth(x);
+                let centre = origin + axis * x;
+                let radius = match self.radius {
+                    Girth::Inscribed => inscribed,
+                    Girth::Section if inscribed > 0.0 => self.girth(target, &centre, &axis),
+                    Girth::Section => 0.0,
+                };
+                if radius > 1e-6 * target.diameter {
+                    balls.push(Ball { centre, radius });
+                }
+            }
+            balls
+        };
+        let mut count = self.spheres;
+        let (mut balls, mut dropped) = largest_piece(row(count));
+        // On a long bar most may lie apart: more, until they hang together.
+        while dropped > balls.len() && count < MOST {
             if job.is_cancelled() {
                 return Err(ClumpError::Cancelled);
             }
-            let share = if self.spheres == 1 { 0.5 } else { at as f64 / (self.spheres - 1) as f64 };
-            let x = first + (last - first) * share;
-            let inscribed = depth(x);
-            let centre = origin + axis * x;
-            let radius = match self.radius {
-                Girth::Inscribed => inscribed,
-                Girth::Section if inscribed > 0.0 => self.girth(target, &centre, &axis),
-                Girth::Section => 0.0,
-            };
-            if radius > 1e-6 * target.diameter {
-                balls.push(Ball { centre, radius });
+            count = (count + count.div_ceil(8)).min(MOST);
+            let (more, left) = largest_piece(row(count));
+            if left == 0 {
+                (balls, dropped) = (more, left);
             }
         }
-        let (balls, dropped) = largest_piece(balls);
         if balls.is_empty() {
             return Err(ClumpError::NoSphere {
                 name: target.solid.name.clone(),
@@ -117,6 +131,10 @@ impl Axial {
         let left = match dropped {
             0 => String::new(),
             count => format!("; {count} spheres apart from the largest piece left out"),
+        };
+        let left = match balls.len() > self.spheres {
+            true => format!("{left}; {} would not have hung together", self.spheres),
+            false => left,
         };
         let radius = match self.radius {
             Girth::Inscribed => "inscribed",
@@ -197,6 +215,20 @@ mod tests {
             }
             let widest = clump.balls.iter().map(|b| b.centre.norm()).fold(0.0, f64::max);
             assert!((widest - 1.5).abs() < 0.12, "{widest}");
+        }
+    }
+
+    #[test]
+    fn a_long_square_bar_gets_a_row_that_hangs_together() {
+        for (length, asked) in [(11.0, 11), (12.0, 11), (40.0, 9)] {
+            let bar = solid("bar", box_mesh(Vec3::new(length, 1.0, 1.0)));
+            let method = Method::Axial(Axial { spheres: asked, ..Axial::default() });
+            let clump =
+                reproduce(&bar, &method, MassSource::Solid, 1, 0, &Job::quiet()).expect("a clump");
+            let reach = clump.bounding_radius();
+            assert!(clump.balls.len() >= asked && clump.balls.len() < 60, "{}", clump.balls.len());
+            assert!(reach > 0.5 * length - 0.3 && reach < 0.5 * length + 0.1, "{length} {reach}");
+            assert!(super::super::refine::one_piece(&clump.balls));
         }
     }
 

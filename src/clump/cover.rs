@@ -12,17 +12,31 @@ use super::normals::stop;
 use super::patches::Patches;
 use super::pieces::joined;
 use crate::geometry::Ball;
+use crate::num::Vec3;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 /// Maximal balls, at most one for every `stride`-th surface point, that stick out by at most
 /// `allowed` and are no smaller than `smallest` nor larger than `widest`, m.
+#[cfg(test)]
 pub fn candidates(
     patches: &Patches,
     stride: usize,
     allowed: f64,
     smallest: f64,
     widest: f64,
+) -> Vec<Ball> {
+    candidates_held(patches, stride, allowed, smallest, widest, &|_, _, radius| radius)
+}
+
+/// As maximal balls, with radii that `hold(point, normal, radius)` may lower.
+pub fn candidates_held(
+    patches: &Patches,
+    stride: usize,
+    allowed: f64,
+    smallest: f64,
+    widest: f64,
+    hold: &dyn Fn(&Vec3, &Vec3, f64) -> f64,
 ) -> Vec<Ball> {
     (0..patches.normals.len())
         .step_by(stride.max(1))
@@ -38,6 +52,7 @@ pub fn candidates(
                     }
                 }
             }
+            let radius = hold(&point, &normal, radius);
             (radius >= smallest).then(|| Ball { centre: point - normal * radius, radius })
         })
         .collect()
@@ -176,7 +191,6 @@ mod tests {
     use super::*;
     use crate::geometry::SignedDistance;
     use crate::geometry::samples::{box_mesh, random_star};
-    use crate::num::Vec3;
 
     #[test]
     fn candidates_lie_inside_and_the_first_of_a_cube_is_its_inscribed_ball() {

@@ -22,7 +22,8 @@ use super::fidelity::distances;
 use super::patches::Patches;
 use super::refine::{Fit, Refiner};
 use super::reproduce::{Found, Target};
-use crate::geometry::{Ball, united};
+use crate::geometry::{Ball, SurfacePoint, Visible, united};
+use crate::num::random::stream;
 use crate::num::{Fault, Job, MethodEntry, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -51,6 +52,15 @@ const FREE: f64 = 0.12;
 const GRID: f64 = 12.0;
 /// Weight of points inside a sphere where spheres may not stick out freely.
 const INWARD: f64 = 8.0;
+/// What lies between two points of the coarse set sticks out by less than this.
+const UNSEEN: f64 = 0.02;
+/// Distance of a surface point from all spheres from which on much is left bare.
+const BARE: f64 = 0.2;
+/// Points of the union's surface that are looked at for voids, rounds of filling them, and how
+/// much the mean square of the distances may rise for it.
+const VOID_CHECKS: usize = 1500;
+const VOID_ROUNDS: usize = 3;
+const VOID_PRICE: f64 = 1.2;
 /// Surface points each way when the error is compared with its target.
 const CHECKS: usize = 2000;
 
@@ -194,8 +204,19 @@ impl Fitted {
         let most = self.protrusion.unwrap_or(FREE) * diameter;
         let limit = |centre: &Vec3| most - target.distance.at(centre);
         let maximal = |coarse: &Patches, allowed: f64| {
-            let mut balls = cover::candidates(coarse, stride, allowed, smallest, widest);
-            // Free spheres stick out by `allowed` and what lies between two points: less.
+            // Free spheres stick out by `allowed` and what lies between two points, which is
+            // less; but where the solid is thinner than that nothing stopped them.
+            let hold = |point: &Vec3, normal: &Vec3, radius: f64| {
+                let out = |radius: f64| radius + target.distance.at(&(point - normal * radius));
+                match self.protrusion {
+                    None if out(radius) > 2.0 * allowed + UNSEEN * diameter => {
+                        largest_below(out, radius, allowed)
+                    }
+                    _ => radius,
+                }
+            };
+            let mut balls =
+                cover::candidates_held(coarse, stride, allowed, smallest, widest, &hold);
             if self.protrusion.is_some() {
                 balls.iter_mut().for_each(|b| b.radius = b.radius.min(limit(&b.centre)));
             }
@@ -203,7 +224,8 @@ impl Fitted {
             balls
         };
         let mut candidates = maximal(&coarse, allowed);
-        let inner = inner_points(&candidates, diameter, count);
+        let deep = depth_to_cover(&candidates, count);
+        let inner = inner_points(&candidates, diameter, deep);
         coarse.add_inner(inner.clone());
         let mut fine = Patches::new(mesh, points(FINE));
         fine.add_inner(inner);
@@ -221,6 +243,23 @@ impl Fitted {
                 advice: "lower `smallest`, or raise `protrusion` or leave it out",
             });
         }
+        // Inner balls of a plate or blade are small: where much is left bare, larger ones.
+        let mut wider = allowed;
+        while self.protrusion.is_none()
+            && wider < FREE * diameter
+            && balls.len() == count
+            && largest_gap(&coarse, &balls) > BARE * diameter
+        {
+            self.stop_if_asked(job)?;
+            wider = (2.0 * wider).min(FREE * diameter);
+            let others = maximal(&coarse, wider);
+            let trial = cover::greedy(&coarse, &others, Vec::new(), count);
+            if !trial.is_empty()
+                && refiner.assign(trial.clone()).cost < refiner.assign(balls.clone()).cost
+            {
+                (balls, candidates) = (trial, others);
+            }
+        }
         // Maximal balls of a smooth solid cover all points once they stick out enough.
         while balls.len() < count && allowed > 1e-6 * diameter {
             self.stop_if_asked(job)?;
@@ -233,7 +272,7 @@ impl Fitted {
         self.stop_if_asked(job)?;
         let fit = refiner.sweeps(refiner.assign(balls), SWEEPS);
         let fit = self.relocated(&refiner, fit, &candidates, job)?;
-        let mut balls = fit.balls;
+        let mut balls = filled(&refiner, fit, target, deep).balls;
         match self.protrusion {
             None if self.volume == Volume::Matched => {
                 match_volume(&mut balls, target, smallest);
@@ -287,25 +326,104 @@ impl Fitted {
     }
 }
 
-/// Nodes of a grid deeper inside than a fit of `count` spheres leaves gaps at edges: a lower
-/// bound of the depth is what the maximal balls around a node leave to their surface.
-fn inner_points(candidates: &[Ball], diameter: f64, count: usize) -> Vec<Vec3> {
+/// The largest radius below `radius` at which `out` is not above `allowed`, to a thousandth;
+/// `out` rises, and is zero at a radius of zero.
+fn largest_below(out: impl Fn(f64) -> f64, radius: f64, allowed: f64) -> f64 {
+    let (mut low, mut high) = (0.0, radius);
+    for _ in 0..24 {
+        let middle = 0.5 * (low + high);
+        if out(middle) <= allowed {
+            low = middle
+        } else {
+            high = middle
+        }
+        if high - low < 1e-3 * low {
+            break;
+        }
+    }
+    low
+}
+
+/// Distance of the surface point that is farthest outside all spheres, m.
+fn largest_gap(patches: &Patches, balls: &[Ball]) -> f64 {
+    let gap = |point: &Vec3| {
+        balls.iter().map(|b| (point - b.centre).norm() - b.radius).fold(f64::INFINITY, f64::min)
+    };
+    patches.points[..patches.normals.len()].iter().map(gap).fold(0.0, f64::max)
+}
+
+/// Deeper inside than this a fit of `count` spheres leaves no gaps at edges, m.
+fn depth_to_cover(candidates: &[Ball], count: usize) -> f64 {
+    let widest = candidates.iter().map(|b| b.radius).fold(0.0, f64::max);
+    widest * 0.35 * (20.0 / count as f64).sqrt().min(1.0)
+}
+
+/// `fit` without the voids that lie between the inner points: where the surface of the union
+/// is deeper inside the solid than `deep`, there is one; points in it are to be covered too.
+fn filled(refiner: &Refiner, fit: Fit, target: &Target, deep: f64) -> Fit {
+    let voids = |balls: &[Ball]| -> Vec<SurfacePoint> {
+        let mut points = Visible::new(balls).sample(VOID_CHECKS, &mut stream(0, "voids", 0));
+        points.retain(|p| target.distance.at(&p.point) < -deep);
+        points
+    };
+    let mut found = voids(&fit.balls);
+    let (mut best, mut extra) = (fit, Vec::new());
+    for _ in 0..VOID_ROUNDS {
+        if found.is_empty() {
+            break;
+        }
+        for share in [0.01, 0.03] {
+            extra.extend(found.iter().map(|p| p.point + p.normal * (share * target.diameter)));
+        }
+        let mut patches = refiner.patches.clone();
+        patches.add_inner(extra.clone());
+        let with_voids = Refiner { patches: &patches, ..*refiner };
+        let next = with_voids.sweeps(with_voids.assign(best.balls.clone()), SWEEPS);
+        let left = voids(&next.balls);
+        let next = refiner.assign(next.balls);
+        if left.len() >= found.len() || next.cost > VOID_PRICE * best.cost {
+            break;
+        }
+        (best, found) = (next, left);
+    }
+    best
+}
+
+/// Nodes of a grid deeper inside than `least`: a lower bound of the depth is what the maximal
+/// balls around a node leave to their surface.
+fn inner_points(candidates: &[Ball], diameter: f64, least: f64) -> Vec<Vec3> {
     let bounds = united::around(candidates);
     let spacing = diameter / GRID;
     let steps = (bounds.size() / spacing).map(|s| s.ceil().clamp(0.0, 200.0) as usize);
-    let widest = candidates.iter().map(|b| b.radius).fold(0.0, f64::max);
-    let least = widest * 0.35 * (20.0 / count as f64).sqrt().min(1.0);
-    let deep: Vec<&Ball> = candidates.iter().filter(|ball| ball.radius > least).collect();
+    let mut is_deep = vec![false; (steps.x + 1) * (steps.y + 1) * (steps.z + 1)];
+    let place = |i: usize, j: usize, k: usize| {
+        bounds.low + Vec3::new(i as f64, j as f64, k as f64) * spacing
+    };
+    for ball in candidates.iter().filter(|ball| ball.radius > least) {
+        let reach = ball.radius - least;
+        let range = |axis: usize| {
+            let at = (ball.centre[axis] - bounds.low[axis]) / spacing;
+            // A node more than needed on either side costs nothing and forgives rounding.
+            (at - reach / spacing).floor().max(0.0) as usize
+                ..=((at + reach / spacing).ceil().max(0.0) as usize).min(steps[axis])
+        };
+        for i in range(0) {
+            for j in range(1) {
+                for k in range(2) {
+                    let offset = place(i, j, k) - ball.centre;
+                    if offset.norm_squared() < reach * reach {
+                        is_deep[(i * (steps.y + 1) + j) * (steps.z + 1) + k] = true;
+                    }
+                }
+            }
+        }
+    }
     let mut points = Vec::new();
     for i in 0..=steps.x {
         for j in 0..=steps.y {
             for k in 0..=steps.z {
-                let node = bounds.low + Vec3::new(i as f64, j as f64, k as f64) * spacing;
-                let holds = |b: &&Ball| {
-                    (node - b.centre).norm_squared() < (b.radius - least) * (b.radius - least)
-                };
-                if deep.iter().any(holds) {
-                    points.push(node);
+                if is_deep[(i * (steps.y + 1) + j) * (steps.z + 1) + k] {
+                    points.push(place(i, j, k));
                 }
             }
         }
@@ -313,7 +431,9 @@ fn inner_points(candidates: &[Ball], diameter: f64, count: usize) -> Vec<Vec3> {
     points
 }
 
-/// Changes all radii by one length so that the union has the volume of the solid.
+/// Changes all radii by one length so that the union has the volume of the solid: with a
+/// coarse quadrature, whose errors are nearly the same at both ends, to find the slope, then
+/// with a fine one until 1e-5 is reached.
 fn match_volume(balls: &mut [Ball], target: &Target, smallest: f64) {
     let wanted = target.solid.mass.volume;
     let grown = |balls: &[Ball], by: f64| -> Vec<Ball> {
@@ -322,24 +442,30 @@ fn match_volume(balls: &mut [Ball], target: &Target, smallest: f64) {
             .map(|b| Ball { centre: b.centre, radius: (b.radius + by).max(smallest) })
             .collect()
     };
-    let excess =
-        |by: f64| united::balls(&grown(balls, by), united::PANELS / 4).mass.volume / wanted - 1.0;
-    let (mut x0, mut y0) = (0.0, excess(0.0));
+    let excess = |by: f64, panels: usize| {
+        united::balls(&grown(balls, by), panels).mass.volume / wanted - 1.0
+    };
     // A fit is never so far off that more is needed.
     let most = 0.1 * target.diameter;
-    let mut x1 = (-y0 * wanted / target.solid.mesh.area()).clamp(-most, most);
-    for _ in 0..4 {
-        if y0.abs() < 1e-5 {
-            break;
-        }
-        let y1 = excess(x1);
-        let slope = (y1 - y0) / (x1 - x0);
-        if y1.abs() >= y0.abs() || slope <= 0.0 || !slope.is_finite() {
-            break;
-        }
-        (x0, y0, x1) = (x1, y1, (x1 - y1 / slope).clamp(-most, most));
+    let start = excess(0.0, united::PANELS / 16);
+    let first = (-start * wanted / target.solid.mesh.area()).clamp(-most, most);
+    let mut slope = (excess(first, united::PANELS / 16) - start) / first;
+    if !(slope.is_finite() && slope > 0.0) {
+        slope = target.solid.mesh.area() / wanted;
     }
-    let moved = grown(balls, x0);
+    let mut x = (-start / slope).clamp(-most, most);
+    let mut best = (f64::INFINITY, 0.0);
+    for _ in 0..5 {
+        let left = excess(x, united::PANELS / 4);
+        if left.abs() < best.0 {
+            best = (left.abs(), x);
+        }
+        if left.abs() < 1e-5 {
+            break;
+        }
+        x = (x - left / slope).clamp(-most, most);
+    }
+    let moved = grown(balls, best.1);
     balls.copy_from_slice(&moved);
 }
 
@@ -412,13 +538,35 @@ mod tests {
 
     #[test]
     fn plates_do_not_tempt_spheres_to_grow_without_bound() {
-        // Thinner ones are not covered by 16 spheres: 12 x 10 x 1 leaves 0.58 diameters bare.
-        let plate = solid("plate", box_mesh(Vec3::new(12.0, 10.0, 2.0)));
-        let clump = make(&plate, quick(16));
+        for (edges, spheres, largest) in [
+            ([12.0, 10.0, 2.0], 16, 0.2),
+            ([12.0, 10.0, 1.0], 50, 0.15),
+            ([20.0, 1.0, 1.0], 16, 0.2),
+        ] {
+            let plate = solid("plate", box_mesh(Vec3::from(edges)));
+            let clump = make(&plate, quick(spheres));
+            let f = clump.fidelity.expect("measured");
+            assert!(f.volume_error.abs() < 1e-3, "{edges:?} {f:?}");
+            assert!(f.largest_distance < largest * f.equivalent_diameter, "{edges:?} {f:?}");
+            assert!(clump.balls.iter().all(|b| b.radius < 0.5 * f.equivalent_diameter));
+        }
+    }
+
+    #[test]
+    fn a_plate_thinner_than_what_may_stick_out_is_no_room_for_large_balls() {
+        // Thickness 0.08 diameters, less than the 0.12 by which free spheres may stick out.
+        let plate = solid("plate", box_mesh(Vec3::new(10.0, 10.0, 0.25)));
+        let clump = make(&plate, quick(60));
         let f = clump.fidelity.expect("measured");
-        assert!(f.volume_error.abs() < 1e-3, "{f:?}");
-        assert!(f.largest_distance < 0.2 * f.equivalent_diameter, "{f:?}");
-        assert!(clump.balls.iter().all(|b| b.radius < 0.5 * f.equivalent_diameter));
+        let target = Target::new(&plate).expect("closed");
+        for ball in clump.in_solid_frame() {
+            let out = ball.radius + target.distance.at(&ball.centre);
+            assert!(out < 0.2 * f.equivalent_diameter, "{out}");
+        }
+        let foil = solid("foil", box_mesh(Vec3::new(1.0, 1.0, 1e-6)));
+        let method = Method::Fitted(quick(10));
+        let refused = reproduce(&foil, &method, MassSource::Solid, 1, 2, &Job::quiet());
+        assert!(matches!(refused, Err(ClumpError::NoSphere { .. })), "{refused:?}");
     }
 
     #[test]

@@ -8,11 +8,13 @@
 
 use crate::geometry::{Bounds, Mesh};
 use crate::num::Vec3;
+use std::ops::Range;
 
 /// Most points of a group.
 const GROUP: usize = 24;
 
 /// Points of a solid in groups: first those of its surface, then inner ones.
+#[derive(Clone)]
 pub struct Patches {
     /// Where, m.
     pub points: Vec<Vec3>,
@@ -20,6 +22,8 @@ pub struct Patches {
     pub normals: Vec<Vec3>,
     /// Which points lie close together.
     pub groups: Vec<Group>,
+    /// The same points, coordinate by coordinate.
+    coordinates: [Vec<f64>; 3],
 }
 
 /// Points `first..end` and the ball around them.
@@ -43,8 +47,14 @@ impl Patches {
         let mut sample = even_points(mesh, count);
         let mut groups = Vec::new();
         split(&mut sample, 0, false, &mut groups);
-        let (points, normals) = sample.into_iter().unzip();
-        Self { points, normals, groups }
+        let (points, normals): (Vec<Vec3>, Vec<Vec3>) = sample.into_iter().unzip();
+        let coordinates = split_up(&points);
+        Self { points, normals, groups, coordinates }
+    }
+
+    /// Coordinates x, y, z of some points.
+    pub fn along(&self, range: Range<usize>) -> [&[f64]; 3] {
+        self.coordinates.each_ref().map(|values| &values[range.clone()])
     }
 
     /// Adds points that must be covered.
@@ -52,7 +62,12 @@ impl Patches {
         let mut sample: Vec<(Vec3, Vec3)> = inner.into_iter().map(|p| (p, Vec3::zeros())).collect();
         split(&mut sample, self.points.len(), true, &mut self.groups);
         self.points.extend(sample.iter().map(|(p, _)| p));
+        self.coordinates = split_up(&self.points);
     }
+}
+
+fn split_up(points: &[Vec3]) -> [Vec<f64>; 3] {
+    std::array::from_fn(|axis| points.iter().map(|p| p[axis]).collect())
 }
 
 fn even_points(mesh: &Mesh, count: usize) -> Vec<(Vec3, Vec3)> {

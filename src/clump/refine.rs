@@ -30,6 +30,52 @@ const PATIENCE: usize = 5;
 /// An improvement by less than this share is none.
 const WORTH: f64 = 1e-3;
 
+/// Room in the lists of spheres near a group, over the largest radius of a group.
+const MARGIN: f64 = 0.3;
+
+/// For every group the spheres that can be the nearest or the second to one of its points, as
+/// long as no sphere has changed by more than half the margin since.
+struct Lists {
+    margin: f64,
+    balls: Vec<Ball>,
+    near: Vec<u32>,
+    starts: Vec<usize>,
+}
+
+impl Lists {
+    fn new(patches: &Patches, balls: &[Ball], margin: f64) -> Self {
+        let mut reach = vec![0.0; balls.len()];
+        let (mut near, mut starts) = (Vec::new(), vec![0]);
+        for group in &patches.groups {
+            for (ball, reach) in balls.iter().zip(&mut reach) {
+                *reach = (group.centre - ball.centre).norm() - ball.radius;
+            }
+            // The two least values at the centre bound those of every point of the group.
+            let (mut least, mut second) = (f64::INFINITY, f64::INFINITY);
+            for &reach in &reach {
+                second = second.min(least.max(reach));
+                least = least.min(reach);
+            }
+            let second = if second.is_finite() { second } else { least };
+            let limit = second + 2.0 * group.radius + margin;
+            near.extend((0..balls.len() as u32).filter(|&k| reach[k as usize] <= limit));
+            starts.push(near.len());
+        }
+        Self { margin, balls: balls.to_vec(), near, starts }
+    }
+
+    fn of(&self, group: usize) -> &[u32] {
+        &self.near[self.starts[group]..self.starts[group + 1]]
+    }
+
+    fn hold(&self, balls: &[Ball]) -> bool {
+        let moved =
+            |(a, b): (&Ball, &Ball)| (a.centre - b.centre).norm() + (a.radius - b.radius).abs();
+        self.balls.len() == balls.len()
+            && self.balls.iter().zip(balls).map(moved).all(|moved| 2.0 * moved <= self.margin)
+    }
+}
+
 /// What is minimised, and within which limits.
 pub struct Refiner<'a> {
     /// Points of the solid.
@@ -65,6 +111,15 @@ pub struct Fit {
 impl Refiner<'_> {
     /// Gives every point to its sphere. There must be a sphere.
     pub fn assign(&self, balls: Vec<Ball>) -> Fit {
+        let mut lists = Lists::new(self.patches, &balls, 0.0);
+        self.assign_by(balls, &mut lists)
+    }
+
+    /// As [`Self::assign`], with lists that may be used again while the spheres move little.
+    fn assign_by(&self, balls: Vec<Ball>, lists: &mut Lists) -> Fit {
+        if !lists.hold(&balls) {
+            *lists = Lists::new(self.patches, &balls, lists.margin);
+        }
         let count = self.patches.points.len();
         let mut fit = Fit {
             limits: vec![f64::NEG_INFINITY; balls.len()],
@@ -74,45 +129,29 @@ impl Refiner<'_> {
             seconds: vec![f64::INFINITY; count],
             cost: 0.0,
         };
-        let mut reach = vec![0.0; fit.balls.len()];
-        let mut list: Vec<u32> = Vec::new();
-        for group in &self.patches.groups {
-            // The two least values at the centre bound those of every point of the group.
-            let (mut least, mut second) = (f64::INFINITY, f64::INFINITY);
-            for (ball, reach) in fit.balls.iter().zip(&mut reach) {
-                *reach = (group.centre - ball.centre).norm() - ball.radius;
-                if *reach < least {
-                    second = least;
-                    least = *reach;
-                } else if *reach < second {
-                    second = *reach;
+        for (at, group) in self.patches.groups.iter().enumerate() {
+            let range = group.first..group.end;
+            let (first, second) = (&mut fit.gaps[range.clone()], &mut fit.seconds[range.clone()]);
+            let owner = &mut fit.owners[range.clone()];
+            let [x, y, z] = self.patches.along(range);
+            for &k in lists.of(at) {
+                let Ball { centre, radius } = fit.balls[k as usize];
+                // Without a branch, so that several points are dealt with at once.
+                for i in 0..first.len() {
+                    let (u, v, w) = (x[i] - centre.x, y[i] - centre.y, z[i] - centre.z);
+                    let gap = (u * u + v * v + w * w).sqrt() - radius;
+                    let (old, is_less) = (first[i], gap < first[i]);
+                    second[i] = second[i].min(if is_less { old } else { gap });
+                    owner[i] = if is_less { k } else { owner[i] };
+                    first[i] = if is_less { gap } else { old };
                 }
             }
-            let limit = if second.is_finite() { second } else { least } + 2.0 * group.radius;
-            list.clear();
-            list.extend((0..fit.balls.len() as u32).filter(|&k| reach[k as usize] <= limit));
             for i in group.first..group.end {
-                let point = self.patches.points[i];
-                let (mut first, mut second, mut owner) = (f64::INFINITY, f64::INFINITY, 0);
-                for &k in &list {
-                    let ball = &fit.balls[k as usize];
-                    let gap = (point - ball.centre).norm() - ball.radius;
-                    if gap < first {
-                        second = first;
-                        first = gap;
-                        owner = k;
-                    } else if gap < second {
-                        second = gap;
-                    }
-                }
                 if group.inner {
-                    first = first.max(0.0);
-                    second = second.max(0.0);
+                    fit.gaps[i] = fit.gaps[i].max(0.0);
+                    fit.seconds[i] = fit.seconds[i].max(0.0);
                 }
-                fit.gaps[i] = first;
-                fit.seconds[i] = second;
-                fit.owners[i] = owner;
-                fit.cost += self.weight(i, first) * self.raised(first);
+                fit.cost += self.weight(i, fit.gaps[i]) * self.raised(fit.gaps[i]);
             }
         }
         fit.cost /= self.patches.normals.len() as f64;
@@ -194,9 +233,11 @@ impl Refiner<'_> {
         let mut damping = 1e-2;
         let mut idle = 0;
         let mut is_held = true;
+        let typical = self.patches.groups.iter().map(|g| g.radius).fold(0.0, f64::max);
+        let mut lists = Lists::new(self.patches, &fit.balls, MARGIN * typical);
         for _ in 0..sweeps {
             let (balls, limits) = self.step(&fit, damping);
-            let next = Fit { limits, ..self.assign(balls) };
+            let next = Fit { limits, ..self.assign_by(balls, &mut lists) };
             if next.cost < fit.cost {
                 idle = if next.cost > fit.cost * (1.0 - WORTH) { idle + 1 } else { 0 };
                 fit = next;
@@ -259,16 +300,26 @@ impl Refiner<'_> {
     /// Adds the `count` candidates that lower the sum of squares most, one after the other.
     fn insert(&self, balls: &mut Vec<Ball>, candidates: &[Ball], count: usize) {
         let mut gaps = Gaps::new(self.patches, self.assign(balls.clone()).gaps);
+        // Gains hardly ever rise: one that was less than the best when last looked at still is.
+        let mut gains: Vec<f64> =
+            candidates.iter().map(|ball| gaps.gain(self.patches, ball)).collect();
         for _ in 0..count {
-            let best = candidates.iter().map(|ball| (gaps.gain(self.patches, ball), ball)).fold(
-                (0.0, None),
-                |best, (gain, ball)| {
-                    if gain > best.0 { (gain, Some(ball)) } else { best }
-                },
-            );
-            let Some(ball) = best.1 else { break };
-            gaps.add(self.patches, ball);
-            balls.push(*ball);
+            let mut fresh = vec![false; candidates.len()];
+            let best = loop {
+                let best = gains.iter().enumerate().fold((0.0, None), |best, (k, &gain)| {
+                    if gain > best.0 { (gain, Some(k)) } else { best }
+                });
+                match best.1 {
+                    Some(k) if !fresh[k] => {
+                        gains[k] = gaps.gain(self.patches, &candidates[k]);
+                        fresh[k] = true;
+                    }
+                    other => break other,
+                }
+            };
+            let Some(best) = best else { break };
+            gaps.add(self.patches, &candidates[best]);
+            balls.push(candidates[best]);
         }
     }
 }

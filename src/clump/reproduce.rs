@@ -447,4 +447,34 @@ pub(super) mod tests {
         let failed = reproduce(&flat, &method, MassSource::Solid, 1, 0, &Job::quiet());
         assert!(matches!(failed, Err(ClumpError::NoSphere { .. })));
     }
+
+    proptest::proptest! {
+        #![proptest_config(proptest::prelude::ProptestConfig::with_cases(24))]
+
+        /// Random solids, thin, long, spiky, tiny or huge, by every method: a clump of finite
+        /// spheres in one piece, or a reason; never a panic.
+        #[test]
+        fn any_solid_gets_a_clump_or_a_reason(
+            seed in 0u64..10_000,
+            spikes in 0.05f64..0.9,
+            stretch in proptest::array::uniform3(-1.5f64..1.5),
+            power in -12i32..12,
+            spheres in 1u32..12,
+        ) {
+            let factors = Vec3::from(stretch.map(|s| 10f64.powf(s))) * 10f64.powi(power);
+            let mesh = random_star(seed, spikes).mapped(|p| p.component_mul(&factors));
+            let Ok((mesh, _)) = crate::geometry::check::solid(mesh) else { return Ok(()) };
+            let solid = solid("any", mesh);
+            let key = super::super::counted().nth(seed as usize % 8).unwrap_or("fitted");
+            let method = Method::with_spheres(key, spheres).expect("a counted method");
+            let made = reproduce(&solid, &method, MassSource::Solid, seed, 0, &Job::quiet());
+            if let Ok(clump) = made {
+                let finite = |b: &Ball| b.centre.iter().all(|x| x.is_finite()) && b.radius > 0.0;
+                proptest::prop_assert!(clump.balls.iter().all(finite), "{}", clump.method);
+                proptest::prop_assert!(pieces::label(&clump.balls).iter().all(|&piece| piece == 0));
+                let f = clump.fidelity.expect("measured");
+                proptest::prop_assert!(f.rms_distance.is_finite() && f.volume_error.is_finite());
+            }
+        }
+    }
 }

@@ -37,6 +37,7 @@ pub mod error;
 pub mod hull;
 pub mod intersection;
 pub mod repair;
+mod rim;
 pub mod topology;
 pub mod union;
 

@@ -28,6 +28,10 @@ pub struct Visible {
     /// In rising order of x.
     rings: Vec<Ring>,
     rings_x: Vec<f64>,
+    /// Largest radius of a ring.
+    widest_ring: f64,
+    /// Rings on every ball.
+    rings_of: Vec<Vec<u32>>,
 }
 
 /// The circle where two spheres meet, with its visible arcs.
@@ -38,6 +42,8 @@ struct Ring {
     u: Vec3,
     v: Vec3,
     free: Vec<(f64, f64)>,
+    /// The two balls that meet in it.
+    balls: [u32; 2],
 }
 
 /// A point counts as hidden by a ball when it lies deeper than this share of the radius.
@@ -60,6 +66,8 @@ impl Visible {
             balls,
             rings: Vec::new(),
             rings_x: Vec::new(),
+            widest_ring: 0.0,
+            rings_of: Vec::new(),
         };
         let mut cover = Cover::default();
         for i in 0..visible.balls.len() {
@@ -76,6 +84,11 @@ impl Visible {
         }
         visible.rings.sort_by(|a, b| a.centre.x.total_cmp(&b.centre.x));
         visible.rings_x = visible.rings.iter().map(|ring| ring.centre.x).collect();
+        visible.widest_ring = visible.rings.iter().map(|ring| ring.radius).fold(0.0, f64::max);
+        visible.rings_of = vec![Vec::new(); visible.balls.len()];
+        for (number, ring) in visible.rings.iter().enumerate() {
+            ring.balls.iter().for_each(|&k| visible.rings_of[k as usize].push(number as u32));
+        }
         visible
     }
 
@@ -111,7 +124,8 @@ impl Visible {
         }
         let mut free = Vec::new();
         cover.each_free(|from, to| free.push((from, to)));
-        (!free.is_empty()).then_some(Ring { centre, radius, normal, u, v, free })
+        let balls = [i as u32, j as u32];
+        (!free.is_empty()).then_some(Ring { centre, radius, normal, u, v, free, balls })
     }
 
     /// Signed distance of `point` to the visible surface, m; negative inside the union;
@@ -129,31 +143,49 @@ impl Visible {
 
     /// Distance from an inner point to the visible surface.
     fn depth(&self, point: &Vec3) -> f64 {
+        // Nothing can be seen nearer than the surface of the ball that holds the point
+        // deepest; mostly the nearest point of that one is seen, and the search is over.
+        let (mut deepest, mut least) = (None, 0.0);
+        for (i, ball) in self.balls.iter().enumerate() {
+            let inside = ball.radius - (point - ball.centre).norm();
+            if inside > least {
+                (deepest, least) = (Some(i), inside);
+            }
+        }
         let mut best = f64::INFINITY;
+        if let Some(i) = deepest {
+            if self.exposed[i] && self.seen(i, &self.projected(i, point)) {
+                return least;
+            }
+            // The arcs of that ball lie near and bound what follows.
+            let mut square = f64::INFINITY;
+            for &ring in &self.rings_of[i] {
+                square = self.rings[ring as usize].nearer(point, square);
+            }
+            best = square.sqrt();
+        }
         outward(&self.balls_x, point.x, |i| {
             let ball = &self.balls[i];
-            let offset = point - ball.centre;
-            let length = offset.norm();
-            let gap = (length - ball.radius).abs();
-            if self.exposed[i] && gap < best {
-                let toward = if length > 0.0 { offset / length } else { Vec3::x() };
-                if self.seen(i, &(ball.centre + toward * ball.radius)) {
-                    best = gap;
-                }
+            let gap = ((point - ball.centre).norm() - ball.radius).abs();
+            if gap < best && self.exposed[i] && self.seen(i, &self.projected(i, point)) {
+                best = gap;
             }
             best + self.widest
         });
         let mut square = best * best;
         outward(&self.rings_x, point.x, |i| {
-            let ring = &self.rings[i];
-            let w = point - ring.centre;
-            let height = w.dot(&ring.normal);
-            if height * height < square {
-                square = square.min(ring.square_distance(&w, height, square));
-            }
-            square.sqrt() + self.widest
+            square = self.rings[i].nearer(point, square);
+            square.sqrt() + self.widest_ring
         });
         square.sqrt()
+    }
+
+    /// The point of sphere `i` nearest to `point`.
+    fn projected(&self, i: usize, point: &Vec3) -> Vec3 {
+        let ball = &self.balls[i];
+        let offset = point - ball.centre;
+        let length = offset.norm();
+        ball.centre + if length > 0.0 { offset / length } else { Vec3::x() } * ball.radius
     }
 
     /// True if a point of sphere `i` lies inside no other ball.
@@ -209,6 +241,16 @@ impl Visible {
 }
 
 impl Ring {
+    /// The least of `square` and the squared distance of `point` to the visible arcs.
+    fn nearer(&self, point: &Vec3, square: f64) -> f64 {
+        let w = point - self.centre;
+        let height = w.dot(&self.normal);
+        if height * height >= square {
+            return square;
+        }
+        square.min(self.square_distance(&w, height, square))
+    }
+
     /// Squared distance to the visible arcs of a point at `w` from the centre,
     /// `height` above the plane; any number above `limit` when it is beyond that.
     fn square_distance(&self, w: &Vec3, height: f64, limit: f64) -> f64 {

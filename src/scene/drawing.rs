@@ -7,7 +7,7 @@ use super::road::{Road, RoadError};
 use super::store::key;
 use crate::format;
 use crate::report::chart::{Axis, Chart, Series};
-use crate::shape::{Fact, Made, Shape};
+use crate::shape::{Fact, Shape};
 use serde::Serialize;
 use serde_json::json;
 use std::io::Write;
@@ -78,26 +78,26 @@ impl Road {
 pub(super) fn distributions(
     loaded: &Loaded,
     draws: &[Draw],
-    made: &[Option<Made>],
+    facts: &[Vec<Fact>],
 ) -> Vec<(String, String)> {
     let mut charts = Vec::new();
     for (number, family) in loaded.scene.grains.iter().enumerate() {
         if !matches!(family.shape, Shape::Tailored(_)) {
             continue;
         }
-        let grains: Vec<&Made> = draws
+        let grains: Vec<&[Fact]> = draws
             .iter()
-            .zip(made)
-            .filter(|(draw, _)| draw.family == number as u16)
-            .filter_map(|(_, made)| made.as_ref())
+            .zip(facts)
+            .filter(|(draw, facts)| draw.family == number as u16 && !facts.is_empty())
+            .map(|(_, facts)| &facts[..])
             .collect();
         let Some(first) = grains.first() else { continue };
-        for (k, fact) in first.facts.iter().enumerate() {
+        for (k, fact) in first.iter().enumerate() {
             if fact.asked.is_none() {
                 continue;
             }
-            let asked = grains.iter().filter_map(|made| made.facts[k].asked).collect();
-            let measured = grains.iter().map(|made| made.facts[k].measured).collect();
+            let asked = grains.iter().filter_map(|facts| facts[k].asked).collect();
+            let measured = grains.iter().map(|facts| facts[k].measured).collect();
             let chart = Chart {
                 title: format!("{} of {}", fact.quantity, family.name),
                 caption: "Share of grains below a value".to_owned(),

@@ -27,7 +27,7 @@ pub struct Draw {
 pub struct Grain {
     /// Index of the family.
     pub family: u16,
-    /// True shape; `None` for spheres and discs.
+    /// True shape; `None` for spheres and discs, and where it was left on disk.
     pub solid: Option<Solid>,
     /// Spheres and mass properties.
     pub clump: Clump,

@@ -65,7 +65,14 @@ pub fn measure(path: &Path) -> Result<(Measured, Option<String>), RoadError> {
             let wrong = |problem: String| FormatError::file(path, problem);
             let (mesh, repairs) = check::solid(mesh).map_err(|fault| wrong(fault.to_string()))?;
             let descriptors = describe(&mesh).map_err(|error| wrong(error.to_string()))?;
-            let note = (!repairs.is_none()).then(|| repairs.to_string());
+            let mut notes = Vec::new();
+            if !repairs.is_none() {
+                notes.push(repairs.to_string());
+            }
+            if let Err(fault) = check::simple(&mesh) {
+                notes.push(format!("{fault}; what is enclosed twice counts twice"));
+            }
+            let note = (!notes.is_empty()).then(|| notes.join("; "));
             Ok((Measured::Mesh(Box::new(descriptors)), note))
         }
         Data::Particles(table) => Ok((Measured::Spheres(spheres(&table)), None)),

@@ -18,7 +18,7 @@ impl Road {
     /// # Errors
     /// Grains that cannot be placed as asked; a folder that cannot be written.
     pub fn packed(&mut self) -> Result<Packed, RoadError> {
-        let mut grains = self.grains()?;
+        let mut grains = self.grains_with_solids()?;
         let room = Room::of(&self.loaded).map_err(|fault| self.wrong(fault))?;
         let method = self.parameters(&|scene| {
             json!([

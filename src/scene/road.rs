@@ -11,8 +11,8 @@ use crate::clump::{self, Clump, ClumpError};
 use crate::format::{self, FormatError};
 use crate::num::{Fault, Job};
 use crate::pack::Packing;
-use crate::shape::descriptors::describe;
-use crate::shape::{Made, Shape, Solid};
+use crate::shape::descriptors::{Descriptors, describe};
+use crate::shape::{Fact, Made, Shape, Solid};
 use crate::solver::SolverError;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -71,7 +71,7 @@ pub struct Shapes {
     /// Distinct grains: what each is drawn from.
     pub draws: Vec<Draw>,
     /// For each of them its shape; `None` for spheres and discs.
-    pub solids: Vec<Option<Solid>>,
+    pub described: Vec<Option<Described>>,
     /// Key of the stage, for those that build on it.
     pub key: String,
 }
@@ -99,10 +99,14 @@ pub struct Packed {
 }
 
 /// What `shapes/shapes.json` remembers of a solid besides its STL file.
-#[derive(Serialize, Deserialize)]
-struct Remembered {
-    name: String,
-    recipe: String,
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Described {
+    /// Name of the solid and of its STL file.
+    pub name: String,
+    /// How it was made.
+    pub recipe: String,
+    /// Its measures.
+    pub measures: Descriptors,
 }
 
 impl Road {
@@ -157,7 +161,9 @@ impl Road {
             let part = |f: &super::parameters::Family| {
                 json!([f.name, f.count, f.size, f.shape, f.distinct, f.cluster.is_some()])
             };
-            json!([scene.seed, scene.dimension, scene.grains.iter().map(part).collect::<Vec<_>>()])
+            let families: Vec<_> = scene.grains.iter().map(part).collect();
+            // 2: `shapes.json` holds measures.
+            json!([2, scene.seed, scene.dimension, families])
         });
         let key = key("", &[families], self.loaded.base());
         if !self.store.is_done("generate", &key) {
@@ -165,55 +171,60 @@ impl Road {
         } else if !self.is_plain() {
             self.unchanged("shapes", "shapes");
         }
-        let solids = self.read_solids(&draws)?;
-        Ok(Shapes { draws, solids, key })
+        let described = self.read_described(&draws)?;
+        Ok(Shapes { draws, described, key })
     }
 
+    /// Each shape is written and measured as soon as it is made, so that no more of them are
+    /// in memory than there are threads.
     fn generate(&mut self, draws: &[Draw], key: &str) -> Result<(), RoadError> {
         let mut running = self.store.begin("generate", key)?;
+        if !self.is_plain() {
+            let folder = self.store.path("shapes");
+            std::fs::create_dir_all(&folder)
+                .map_err(|source| FormatError::io(&folder, "write", source))?;
+        }
         let done = std::sync::atomic::AtomicU64::new(0);
-        let made: Vec<Option<Made>> = in_pool(&self.job, || {
+        let made: Vec<Option<(Described, Vec<Fact>)>> = in_pool(&self.job, || {
             draws
                 .par_iter()
                 .map(|draw| {
                     if self.job.is_cancelled() {
                         return Err(RoadError::Cancelled);
                     }
-                    let solid =
+                    let made =
                         grains::made(&self.loaded, draw).map_err(|fault| self.wrong(fault))?;
+                    let made = made.map(|made| self.keep(made)).transpose()?;
                     let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
                     self.job.report("grains", count, draws.len() as u64);
-                    Ok(solid)
+                    Ok(made)
                 })
                 .collect::<Result<_, _>>()
         })?;
-        let solids: Vec<&Solid> = made.iter().flatten().map(|made| &made.solid).collect();
+        let (described, facts): (Vec<Option<Described>>, Vec<Vec<Fact>>) = made
+            .into_iter()
+            .map(|made| made.map_or((None, Vec::new()), |(known, facts)| (Some(known), facts)))
+            .unzip();
+        let solids: Vec<&Described> = described.iter().flatten().collect();
         for solid in &solids {
-            let path = self.store.prepare(&mut running, &format!("shapes/{}.stl", solid.name))?;
-            format::stl::write(&path, &solid.mesh)?;
+            self.store.prepare(&mut running, &format!("shapes/{}.stl", solid.name))?;
         }
         if !solids.is_empty() {
-            let remembered: Vec<Remembered> = solids
-                .iter()
-                .map(|s| Remembered { name: s.name.clone(), recipe: s.recipe.clone() })
-                .collect();
             self.store.write(&mut running, "shapes/shapes.json", |out| {
-                Ok(serde_json::to_writer_pretty(out, &remembered)?)
+                Ok(serde_json::to_writer_pretty(out, &solids)?)
             })?;
-            self.store.write(&mut running, "shapes/shapes.csv", |out| {
-                in_pool(&self.job, || write_table(out, &solids))
-            })?;
+            self.store.write(&mut running, "shapes/shapes.csv", |out| write_table(out, &solids))?;
         }
-        if made.iter().flatten().any(|made| !made.facts.is_empty()) {
-            let facts: Vec<_> = made
+        if facts.iter().any(|facts| !facts.is_empty()) {
+            let rows: Vec<_> = described
                 .iter()
-                .flatten()
-                .map(|made| (made.solid.name.as_str(), &made.facts[..]))
+                .zip(&facts)
+                .filter_map(|(known, facts)| Some((known.as_ref()?.name.as_str(), &facts[..])))
                 .collect();
             self.store.write(&mut running, "shapes/statistics.csv", |out| {
-                drawing::write_facts(out, &facts)
+                drawing::write_facts(out, &rows)
             })?;
-            for (name, svg) in drawing::distributions(&self.loaded, draws, &made) {
+            for (name, svg) in drawing::distributions(&self.loaded, draws, &facts) {
                 self.store.write(&mut running, &name, |out| out.write_all(svg.as_bytes()))?;
             }
         }
@@ -226,18 +237,26 @@ impl Road {
         self.close(running, &made)
     }
 
+    /// Writes the surface of a grain, and keeps what is smaller.
+    fn keep(&self, made: Made) -> Result<(Described, Vec<Fact>), RoadError> {
+        let Made { solid, facts } = made;
+        let path = self.store.path(&format!("shapes/{}.stl", solid.name));
+        format::stl::write(&path, &solid.mesh)?;
+        let measures =
+            describe(&solid.mesh).map_err(|error| FormatError::file(&path, error.to_string()))?;
+        Ok((Described { name: solid.name, recipe: solid.recipe, measures }, facts))
+    }
+
     /// True if no grain has a shape of its own: spheres and discs only.
     fn is_plain(&self) -> bool {
         self.loaded.scene.grains.iter().all(|family| matches!(family.shape, Shape::Sphere))
     }
 
-    /// Solids as they lie in the folder, so that a fresh run and a resumed one see the same bits.
-    fn read_solids(&self, draws: &[Draw]) -> Result<Vec<Option<Solid>>, RoadError> {
+    fn read_described(&self, draws: &[Draw]) -> Result<Vec<Option<Described>>, RoadError> {
         if self.is_plain() {
             return Ok(vec![None; draws.len()]);
         }
-        let mut remembered =
-            self.store.read_json::<Vec<Remembered>>("shapes/shapes.json")?.into_iter();
+        let mut known = self.store.read_json::<Vec<Described>>("shapes/shapes.json")?.into_iter();
         draws
             .iter()
             .map(|draw| {
@@ -245,24 +264,46 @@ impl Road {
                 if matches!(family.shape, Shape::Sphere) {
                     return Ok(None);
                 }
-                let Some(Remembered { name, recipe }) = remembered.next() else {
+                let Some(described) = known.next() else {
                     let path = self.store.path("shapes/shapes.json");
                     let problem = format!("has no entry for {}; remove the folder", draw.name);
                     return Err(FormatError::file(&path, problem).into());
                 };
-                let mesh = format::stl::read(&self.store.path(&format!("shapes/{name}.stl")))?;
-                let mass = mesh.mass_properties();
-                Ok(Some(Solid { name, mesh, mass, recipe }))
+                Ok(Some(described))
             })
             .collect()
     }
 
-    /// Clumps of all distinct grains, in `clumps/`.
+    /// A solid as it lies in the folder, so that a fresh run and a resumed one see the same bits.
+    fn solid(&self, described: &Described) -> Result<Solid, RoadError> {
+        let Described { name, recipe, .. } = described.clone();
+        let mesh = format::stl::read(&self.store.path(&format!("shapes/{name}.stl")))?;
+        let mass = mesh.mass_properties();
+        Ok(Solid { name, mesh, mass, recipe })
+    }
+
+    /// Clumps of all distinct grains with their true shapes, all in memory, for packing and pictures.
+    ///
+    /// # Errors
+    /// As [`Road::grains`].
+    pub fn grains_with_solids(&mut self) -> Result<Grains, RoadError> {
+        let (mut grains, described) = self.clumped()?;
+        for (grain, known) in grains.distinct.iter_mut().zip(&described) {
+            grain.solid = known.as_ref().map(|known| self.solid(known)).transpose()?;
+        }
+        Ok(grains)
+    }
+
+    /// Clumps of all distinct grains, in `clumps/`; true shapes stay on disk.
     ///
     /// # Errors
     /// A clump that cannot be made; a folder that cannot be written.
     pub fn grains(&mut self) -> Result<Grains, RoadError> {
-        let Shapes { draws, solids, key: upstream } = self.solids()?;
+        Ok(self.clumped()?.0)
+    }
+
+    fn clumped(&mut self) -> Result<(Grains, Vec<Option<Described>>), RoadError> {
+        let Shapes { draws, described, key: upstream } = self.solids()?;
         let methods = self.parameters(&|scene| {
             scene
                 .grains
@@ -272,38 +313,38 @@ impl Road {
         });
         let key = key(&upstream, &[methods], self.loaded.base());
         let clumps = if self.is_plain() {
-            self.reproduce_all(&draws, &solids)?
+            self.reproduce_all(&draws, &described)?
         } else if self.store.is_done("reproduce", &key) {
             self.unchanged("clumps", "clumps");
             clump::file::read_all(&self.store.path("clumps"))?
         } else {
-            self.write_clumps(&draws, &solids, &key)?
+            self.write_clumps(&draws, &described, &key)?
         };
         let copies = grains::copies(&self.loaded, &draws);
         let distinct = draws
             .iter()
-            .zip(solids)
             .zip(clumps)
-            .map(|((draw, solid), clump)| Grain { family: draw.family, solid, clump })
+            .map(|(draw, clump)| Grain { family: draw.family, solid: None, clump })
             .collect();
-        Ok(Grains { distinct, copies, key })
+        Ok((Grains { distinct, copies, key }, described))
     }
 
     fn reproduce_all(
         &self,
         draws: &[Draw],
-        solids: &[Option<Solid>],
+        described: &[Option<Described>],
     ) -> Result<Vec<Clump>, RoadError> {
         let done = std::sync::atomic::AtomicU64::new(0);
         let alone = self.job.with_threads(1);
         in_pool(&self.job, || {
             draws
                 .par_iter()
-                .zip(solids)
-                .map(|(draw, solid)| {
+                .zip(described)
+                .map(|(draw, known)| {
                     if self.job.is_cancelled() {
                         return Err(RoadError::Cancelled);
                     }
+                    let solid = known.as_ref().map(|known| self.solid(known)).transpose()?;
                     let clump = grains::reproduce(&self.loaded, draw, solid.as_ref(), &alone)
                         .map_err(|fault| {
                             if self.job.is_cancelled() {
@@ -322,11 +363,11 @@ impl Road {
     fn write_clumps(
         &mut self,
         draws: &[Draw],
-        solids: &[Option<Solid>],
+        described: &[Option<Described>],
         key: &str,
     ) -> Result<Vec<Clump>, RoadError> {
         let mut running = self.store.begin("reproduce", key)?;
-        let clumps = self.reproduce_all(draws, solids)?;
+        let clumps = self.reproduce_all(draws, described)?;
         for clump in &clumps {
             self.store.prepare(&mut running, &format!("clumps/{}.csv", clump.name))?;
         }
@@ -365,16 +406,15 @@ impl Road {
 }
 
 /// `shapes.csv`: descriptors in SI units, one row a solid.
-fn write_table(out: &mut (dyn Write + Send), solids: &[&Solid]) -> std::io::Result<()> {
+fn write_table(out: &mut dyn Write, solids: &[&Described]) -> std::io::Result<()> {
     writeln!(
         out,
         "name,volume,area,volume_diameter,area_diameter,long,intermediate,short,elongation,flatness,\
          zingg,krumbein_sphericity,projection_sphericity,wadell_sphericity,convexity,roundness,\
          roughness,inscribed_diameter,recipe"
     )?;
-    let described: Vec<_> = solids.par_iter().map(|solid| describe(&solid.mesh)).collect();
-    for (solid, described) in solids.iter().zip(described) {
-        let d = described.map_err(std::io::Error::other)?;
+    for solid in solids {
+        let d = &solid.measures;
         writeln!(
             out,
             "{},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:?},{:e},{:e},{:e},{:e},{:e},{:e},{:e},\"{}\"",

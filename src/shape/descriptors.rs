@@ -20,11 +20,11 @@ use super::roundness::roundness;
 use crate::geometry::hull::convex_hull;
 use crate::geometry::{GeometryError, MassProperties, Mesh};
 use crate::num::Vec3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// Form class after Zingg 1935, limits at 2/3.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Zingg {
     /// I/L > 2/3 and S/I ≤ 2/3: disc.
@@ -38,7 +38,7 @@ pub enum Zingg {
 }
 
 /// Size and form of a solid; lengths in metres, ratios without unit.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Descriptors {
     /// Volume, m³.
     pub volume: f64,

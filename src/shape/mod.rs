@@ -400,4 +400,6 @@ fn finish(mesh: &Mesh, name: String, recipe: String, scale: Scale) -> Result<Sol
 }
 
 #[cfg(test)]
+mod closed_forms;
+#[cfg(test)]
 mod tests;

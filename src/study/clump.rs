@@ -4,8 +4,10 @@
 //! Errors are those of [`crate::clump::measure`], relative to the solid: distances
 //! over its equivalent diameter. Every method has its defaults, and its number of
 //! spheres set; some find fewer than they may. A fit is repeated until it has taken
-//! a tenth of a second, and the mean is given.
+//! a tenth of a second, and the mean is given. What the error of the fitted clumps costs
+//! in a DEM run: [`super::stand_in`].
 
+use super::stand_in::{self, Ladder};
 use super::{Effort, StudyError, go_on};
 use crate::clump::{self, Clump, ClumpError, Fidelity, MassSource, Method, counted};
 use crate::geometry::{Mesh, Primitive};
@@ -24,37 +26,64 @@ use std::time::Instant;
 const REPEATS: u32 = 10;
 const ENOUGH: f64 = 0.1;
 
+/// Solids whose clumps are set in motion.
+const IN_MOTION: (&[usize], &[usize]) = (&[1, 3], &[0, 1, 2, 3]);
+
 /// See [`super::STUDIES`].
 pub fn study(effort: Effort, job: &Job) -> Result<Findings, StudyError> {
+    let (mut findings, mut ladders) = shapes(effort, job)?;
+    let kept = if effort == Effort::Quick { IN_MOTION.0 } else { IN_MOTION.1 };
+    let mut index = 0;
+    ladders.retain(|_| {
+        index += 1;
+        kept.contains(&(index - 1))
+    });
+    stand_in::add(&mut findings, &ladders, effort, job)?;
+    Ok(findings)
+}
+
+/// The study without DEM runs.
+pub fn shapes_alone(effort: Effort, job: &Job) -> Result<Findings, StudyError> {
+    Ok(shapes(effort, job)?.0)
+}
+
+/// Errors of all methods, and the fitted clumps of each solid.
+fn shapes(effort: Effort, job: &Job) -> Result<(Findings, Vec<Ladder>), StudyError> {
     let (kinds, counts): (usize, &[u32]) = match effort {
         Effort::Quick => (4, &[10, 30, 100]),
         Effort::Full => (8, &[5, 10, 20, 50, 100, 200]),
     };
     let solids: Vec<Solid> = solids()?.into_iter().take(kinds).collect();
     let total = (solids.len() * counted().count() * counts.len()) as u64;
-    let (mut rows, mut pictures) = (Vec::new(), Vec::new());
+    let (mut rows, mut pictures, mut ladders) = (Vec::new(), Vec::new(), Vec::new());
     for solid in &solids {
+        let mut ladder = Ladder { solid: solid.name.clone(), clumps: Vec::new() };
         for method in counted() {
             for &count in counts {
                 go_on(job)?;
                 if let Some((clump, seconds)) = fit(solid, method, count, job)? {
                     rows.push(Row::new(solid, method, count, &clump, seconds));
-                    if method == "fitted" && count == counts[counts.len() / 2] {
-                        pictures.push(picture(solid, &clump));
+                    if method == "fitted" {
+                        if count == counts[counts.len() / 2] {
+                            pictures.push(picture(solid, &clump));
+                        }
+                        ladder.clumps.push(clump);
                     }
                 }
                 job.report("clumps", rows.len() as u64, total);
             }
         }
+        ladders.push(ladder);
     }
-    Ok(Findings {
+    let findings = Findings {
         title: "Clumps: error against number of spheres and run time".into(),
         question: "How far is a clump from its solid, for every method, with how many spheres and at which cost?".into(),
         remarks: remarks(&rows, counts),
         tables: vec![medians(&rows, counts), sheet(&rows)],
         charts: charts(&rows, counts),
         pictures,
-    })
+    };
+    Ok((findings, ladders))
 }
 
 /// One clump, measured.

@@ -13,6 +13,7 @@ mod oblique;
 mod outside;
 mod packing;
 mod shapes;
+mod stand_in;
 mod tree;
 
 use crate::num::{Job, clock};
@@ -39,6 +40,9 @@ pub enum StudyError {
     Work(String),
 }
 
+/// What does a study.
+pub type Work = fn(Effort, &Job) -> Result<Findings, StudyError>;
+
 /// A study.
 pub struct Study {
     /// Key on the command line.
@@ -46,7 +50,7 @@ pub struct Study {
     /// What it shows, in one line.
     pub summary: &'static str,
     /// Does it.
-    pub run: fn(Effort, &Job) -> Result<Findings, StudyError>,
+    pub run: Work,
 }
 
 /// All studies.
@@ -63,7 +67,7 @@ pub const STUDIES: &[Study] = &[
     },
     Study {
         key: "clump",
-        summary: "error of each clump method against the number of spheres and CPU time, on eight solids",
+        summary: "error of each clump method against the number of spheres and CPU time, on eight solids, and what it costs in rebounds and heaps",
         run: clump::study,
     },
     Study {
@@ -91,6 +95,11 @@ pub const STUDIES: &[Study] = &[
 /// The study of this key.
 pub fn find(key: &str) -> Option<&'static Study> {
     STUDIES.iter().find(|study| study.key == key)
+}
+
+/// The study of this key without its DEM runs; `None` where it is nothing else or has none.
+pub fn without_dem(key: &str) -> Option<Work> {
+    (key == "clump").then_some(clump::shapes_alone as _)
 }
 
 /// Fails once the user has asked to stop.

@@ -178,7 +178,7 @@ impl Work<'_> {
             Stage::Generate => {
                 let shapes = road.solids()?;
                 let volumes: Vec<f64> =
-                    shapes.solids.iter().flatten().map(|solid| solid.mass.volume).collect();
+                    shapes.described.iter().flatten().map(|known| known.measures.volume).collect();
                 ended.put("Shapes", volumes.len() as f64);
                 ended.put("Volume of shapes [m³]", volumes.iter().sum());
             }

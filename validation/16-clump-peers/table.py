@@ -15,6 +15,8 @@ import subprocess
 import sys
 
 COUNTS = [10, 20, 50, 100, 200]
+# For the CPU that ours needs to be as near as a peer: counts in between, of `fitted` only.
+BETWEEN = [14, 28, 36, 70, 140]
 OURS = ["fitted", "normals"]
 HEAD = ["solid", "method", "asked", "spheres", "rms_percent", "mean_percent", "largest_percent",
         "volume_percent", "centroid_percent", "inertia_percent", "cpu_s"]
@@ -47,7 +49,7 @@ def main():
     for solid in solids:
         name = os.path.splitext(os.path.basename(solid))[0]
         for method in OURS:
-            for count in COUNTS:
+            for count in sorted(COUNTS + (BETWEEN if method == "fitted" else [])):
                 target = os.path.join(out, f"{name}-{method}-{count}.csv")
                 found, seconds, wrong = call(riprap, "--json", "reproduce", solid, "--method", method,
                                              "--spheres", str(count), "-o", target)
@@ -73,7 +75,32 @@ def main():
         for row in rows:
             table.write(",".join(f"{v:.5g}" if isinstance(v, float) else str(v) for v in row) + "\n")
     chart(rows, out)
+    cost(rows)
     sys.exit(verdict(rows))
+
+
+def cost(rows):
+    """CPU of the best peer at each count over the least CPU of `fitted` that is as near with no more spheres."""
+    ratios = []
+    for solid in dict.fromkeys(row[0] for row in rows):
+        for count in COUNTS:
+            others = [r for r in rows if r[0] == solid and r[1] not in OURS and r[3] <= count]
+            if not others:
+                continue
+            best = min(others, key=lambda row: row[4])
+            ours = [r for r in rows if r[0] == solid and r[1] == "fitted" and r[3] <= count and r[4] <= best[4]]
+            if not ours:
+                print(f"{solid} {count}: none is as near as {best[1]}")
+                continue
+            least = min(ours, key=lambda row: row[10])
+            ratios.append((best[10] / least[10], solid, count, best[1], best[10], least[2], least[10]))
+    ratios.sort()
+    for ratio, solid, count, peer, theirs, spheres, seconds in ratios:
+        if ratio < 10.0:
+            print(f"{solid} {count}: {peer} {theirs:.2f} s, fitted with {spheres} spheres {seconds:.3f} s: {ratio:.1f} times")
+    tenfold = sum(ratio >= 10.0 for ratio, *_ in ratios)
+    print(f"as near as the best peer: {ratios[0][0]:.1f} to {ratios[-1][0]:.0f} times less CPU, "
+          f"{ratios[len(ratios) // 2][0]:.0f} in the median, 10 or more in {tenfold} of {len(ratios)}")
 
 
 def verdict(rows):
