@@ -46,7 +46,7 @@ pub fn simulate(
             place_for_looks(&mut setting, &state);
             (state, None)
         }
-        None => start(&setting, &mut work, &mut watch, observer),
+        None => start(&mut setting, &mut work, &mut watch, observer),
     };
     let (from, loop_begun) = (state.step, Instant::now());
     let mut outcome = None;
@@ -114,7 +114,7 @@ pub fn simulate(
 
 /// State, force pass and output at time 0.
 fn start(
-    setting: &Setting<'_>,
+    setting: &mut Setting<'_>,
     work: &mut Workspace,
     watch: &mut guard::Watch,
     observer: &mut dyn Observer,
@@ -122,7 +122,10 @@ fn start(
     let mut state = State::new(setting);
     neighbours::rebuild(setting, &mut state);
     let stopped = watch.look(setting, &state, false);
+    let walls = setting.walls.clone();
+    setting.rest_for_set_up();
     force_pass(setting, &mut state, work, true);
+    setting.walls = walls;
     let ledger = (
         ledger::kinetic(setting, &state) + ledger::stored(setting, &state),
         ledger::potential(setting, &state),

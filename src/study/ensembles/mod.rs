@@ -37,8 +37,8 @@ impl Size {
         match effort {
             Effort::Quick => Self {
                 steps: &[20.0],
-                reference: 50.0,
-                reference_seeds: 10,
+                reference: 40.0,
+                reference_seeds: 8,
                 seeds: 4,
                 extents: [extent([4, 3, 8], 0.4), extent([10, 3, 5], 0.5), extent([4, 4, 6], 0.4)],
             },

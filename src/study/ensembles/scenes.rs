@@ -1,7 +1,7 @@
 //! The three bulk scenes, and what is measured of a run whichever code did it: places of spheres
 //! in frames only, so that codes are not asked for what they define in their own ways.
 
-use crate::geometry::Mesh;
+use crate::geometry::{Bounds, Mesh};
 use crate::model::restitution::dashpot;
 use crate::model::{Contact, Frame, Model, Motion, Run, Scheme, Wall, WallShape};
 use crate::num::statistics::{mean, quantile};
@@ -121,6 +121,11 @@ pub fn model(bulk: &Bulk, extent: Extent, seed: u64, scheme: Scheme, per_contact
     model
 }
 
+/// Outside solvers sort the whole domain into cells, so it is no larger than the scene.
+fn room(model: &mut Model, low: Vec3, high: Vec3) {
+    model.domain = Bounds { low, high }.grown(RADIUS);
+}
+
 /// Spheres of ±10 % radii on a lattice that leans, with places off by ±0.05 radii.
 fn lattice(
     model: &mut Model,
@@ -151,7 +156,10 @@ fn wall(model: &mut Model, axis: usize, at: f64, side: f64) {
 
 /// Floor, back wall and two side walls; open towards +x.
 fn column(model: &mut Model, extent: Extent, seed: u64) {
-    let width = PITCH * RADIUS * f64::from(extent.counts[1]);
+    let [length, width, height] = extent.counts.map(|count| PITCH * RADIUS * f64::from(count));
+    // Single spheres roll off, but not that far.
+    let far = length + 5.0 * height;
+    room(model, Vec3::zeros(), Vec3::new(far, width, height));
     wall(model, 2, 0.0, 1.0);
     wall(model, 0, 0.0, 1.0);
     wall(model, 1, 0.0, 1.0);
@@ -182,6 +190,7 @@ fn drum_radius(extent: Extent) -> f64 {
 fn drum(model: &mut Model, extent: Extent, seed: u64) {
     const SIDES: u32 = 24;
     let (radius, width) = (drum_radius(extent), PITCH * RADIUS * f64::from(extent.counts[1]));
+    room(model, Vec3::new(-radius, 0.0, -radius), Vec3::new(radius, width, radius));
     // The sheet reaches beyond the planes: nothing touches its rim.
     let corner = |k: u32, y: f64| {
         let angle = TAU * f64::from(k) / f64::from(SIDES);
@@ -223,6 +232,7 @@ fn flow(_: &Model, run: &Run) -> Vec<f64> {
 /// A box with a lid that comes down until the bed is dense.
 fn bed(model: &mut Model, extent: Extent, seed: u64) {
     let side = |axis: usize| PITCH * RADIUS * f64::from(extent.counts[axis]);
+    room(model, Vec3::zeros(), Vec3::new(side(0), side(1), side(2)));
     wall(model, 2, 0.0, 1.0);
     for axis in [0, 1] {
         wall(model, axis, 0.0, 1.0);
