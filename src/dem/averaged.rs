@@ -126,7 +126,7 @@ pub fn respond<const FRICTION: bool, const DAMPING: bool>(
     let mut force = elastic;
     let mut first = 0.0;
     if DAMPING {
-        let own = book.lag[k][0] * meeting.ease;
+        let own = book.lag[k] * meeting.ease;
         let free = rate + 0.5 * span * (meeting.pull.dot(&normal) - own);
         let drag = pair.cn * part;
         let implicit = 0.5 * span * meeting.ease;
@@ -189,7 +189,7 @@ pub fn respond<const FRICTION: bool, const DAMPING: bool>(
     } else {
         book.touching[k] = true;
         if DAMPING {
-            book.lag[k] = [force, 0.0];
+            book.lag[k] = force;
         }
         if let Some(place) = book.pull.get_mut(k) {
             *place = tangent;

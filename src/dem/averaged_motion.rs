@@ -30,14 +30,14 @@ pub fn first_half(setting: &Setting<'_>, state: &mut State) -> bool {
 /// Kick and second half of the step.
 pub fn second_half(setting: &Setting<'_>, state: &mut State) {
     let (gravity, step) = (setting.gravity, setting.step);
-    for ((ball, load), light) in state.balls.iter_mut().zip(&state.loads).zip(&state.light) {
+    for (slot, (ball, load)) in state.balls.iter_mut().zip(&state.loads).enumerate() {
         if ball.alone {
-            ball.velocity += (load.force * light.mass + gravity) * step;
+            ball.velocity += (load.force * state.light.at(slot).mass + gravity) * step;
         }
     }
     if setting.needs.rotation {
-        for ((spin, load), light) in state.spins.iter_mut().zip(&state.loads).zip(&state.light) {
-            *spin += load.torque * (light.inertia * step);
+        for (slot, (spin, load)) in state.spins.iter_mut().zip(&state.loads).enumerate() {
+            *spin += load.torque * (state.light.at(slot).inertia * step);
         }
     }
     for solid in &mut state.solids {

@@ -72,11 +72,14 @@ impl Memory {
         self.balls.clear();
         self.solids.clear();
         let gravity = setting.gravity;
-        self.balls.extend(state.loads.iter().zip(&state.light).map(|(load, light)| Past {
-            pull: load.force * light.mass + gravity,
-            twist: load.torque * light.inertia,
-            light: light.mass,
-            solid: u32::MAX,
+        self.balls.extend(state.loads.iter().enumerate().map(|(slot, load)| {
+            let light = state.light.at(slot);
+            Past {
+                pull: load.force * light.mass + gravity,
+                twist: load.torque * light.inertia,
+                light: light.mass,
+                solid: u32::MAX,
+            }
         }));
         for (index, solid) in state.solids.iter().enumerate() {
             let body = &setting.model.bodies[solid.body as usize];
@@ -129,7 +132,7 @@ impl Memory {
     fn across(&self, field: &Field<'_>, slot: usize, arm: &Vec3, direction: &Vec3) -> f64 {
         let (past, ball) = (&self.balls[slot], &field.balls[slot]);
         if ball.alone {
-            return past.light + arm.norm_squared() * field.light[slot].inertia;
+            return past.light + arm.norm_squared() * field.light.at(slot).inertia;
         }
         let bulk = &self.solids[past.solid as usize];
         let lever = (ball.place + arm - bulk.place).cross(direction);

@@ -517,7 +517,7 @@ pub fn touches(setting: &Setting<'_>, state: &State) -> Vec<Touch> {
         } else if state.bonds.book.touching[pair.index] {
             let law = contact_law(setting, state, pair);
             let record = state.bonds.book.record(pair.index);
-            let normal = law.kn * pair.approach().overlap + record.lag[0];
+            let normal = law.kn * pair.approach().overlap + record.lag;
             all.push(Touch { first, second, normal, tangential: law.kt * record.spring.norm() });
         }
     });

@@ -2,15 +2,18 @@
 //!
 //! All grains grow by a small factor, then the DEM brings them to rest without gravity: 100 steps at a time, at half
 //! the step limit, with local damping 0.7 (Cundall), the contacts of the scene and the friction of the preparation.
-//! Tangential springs start from zero in every 100 steps, as in a run that starts from the packing. Stress:
-//! p = Σ f·l / (d V) over all contacts, l from the centre of a grain to the contact. If a step of growth e passes the
-//! target, the state before is taken again and e made smaller by interpolation, so that nothing is ever
-//! unloaded. At the end friction becomes that of the scene, and grains come to rest again.
+//! Tangential springs go on while grains grow. Stress: p = Σ f·l / (d V) over all contacts, l from the centre of a
+//! grain to the contact. If a step of growth passes the target, the state before is taken again and the step made
+//! smaller by interpolation, so that with friction nothing is ever unloaded; without it, where states do not
+//! remember, grains shrink by what was too much. At the end friction becomes that of the scene, and grains come
+//! to rest again.
 //!
 //! Cost: some 10 000 steps of the DEM. What comes back when the steps are used up or the
 //! target lies between two states that cannot be told apart: the state reached, and the outcome says so.
 
-use super::{DemError, Observer, advise, simulate};
+use super::drive::{self, Origin};
+use super::state::State;
+use super::{DemError, Observer, advise};
 use crate::model::{BodyState, Contact, Frame, Guard, Model, Motion, Outcome, SeriesRow};
 use crate::num::{Job, Vec3};
 use crate::pack::compression::{Compression, Until};
@@ -92,6 +95,8 @@ struct Press<'a> {
     solid: f64,
     scale: f64,
     left: u64,
+    /// Where the DEM is; none before its first step.
+    state: Option<State>,
 }
 
 /// Keeps the last frame and its contact forces.
@@ -145,13 +150,15 @@ impl<'a> Press<'a> {
         plan.insist = true;
         (plan.zero_every, plan.checkpoint_every) = (0, 0);
         let left = wanted.steps;
-        let mut press = Self { model, original, wanted, job, volume, solid, scale: 1.0, left };
+        let (scale, state) = (1.0, None);
+        let mut press = Self { model, original, wanted, job, volume, solid, scale, left, state };
         press.set_friction(Some(wanted.friction));
         press
     }
 
     /// That of the preparation, or of the scene.
     fn set_friction(&mut self, friction: Option<f64>) {
+        let needs = self.model.needs();
         let table = &mut self.model.contacts;
         for a in 0..table.size() as u16 {
             for b in a..table.size() as u16 {
@@ -163,6 +170,10 @@ impl<'a> Press<'a> {
                 }
                 table.set(a, b, contact);
             }
+        }
+        if self.model.needs() != needs {
+            // Without friction there are neither spins nor memories, with it there are.
+            self.state = None;
         }
     }
 
@@ -219,7 +230,11 @@ impl<'a> Press<'a> {
         }
         self.model.plan.step = 0.5 * advise(&self.model).limit;
         let mut last = Last::default();
-        let summary = simulate(&self.model, None, &self.job.silent(self.job.threads), &mut last)?;
+        let origin =
+            self.state.take().map_or(Origin::Model, |state| Origin::State(Box::new(state)));
+        let job = self.job.silent(self.job.threads);
+        let (summary, state) = drive::simulate(&self.model, origin, &job, &mut last)?;
+        self.state = Some(state);
         self.job.report("steps", self.wanted.steps - self.left, self.wanted.steps);
         let Some(frame) = last.frame else {
             return Err(DemError::Unusable("the compression gave no state".to_owned()));
@@ -299,23 +314,28 @@ impl<'a> Press<'a> {
             (target * (1.0 - self.wanted.tolerance), target * (1.0 + self.wanted.tolerance));
         let mut growth = GROWTH;
         let mut look = self.settle(false)?;
-        while self.left > 0 && growth > LEAST && !self.job.is_cancelled() {
-            if of(&look) >= low {
-                if look.unbalanced > self.wanted.balance {
-                    look = self.settle(true)?;
-                }
-                if of(&look) >= low {
-                    return Ok(look);
-                }
+        while self.left > 0 && growth.abs() > LEAST && !self.job.is_cancelled() {
+            let near = |look: &Look| of(look) >= low && of(look) <= high;
+            while near(&look) && look.unbalanced > self.wanted.balance && self.left > 0 {
+                look = self.settle(true)?;
             }
-            let before = (self.model.clone(), self.scale, look);
+            if near(&look) {
+                return Ok(look);
+            }
+            let before = (self.model.clone(), self.state.clone(), self.scale, look);
             self.grow(1.0 + growth);
             look = self.settle(false)?;
-            if of(&look) > high {
-                // Aim at the target between the two states.
-                let share = (target - of(&before.2)) / (of(&look) - of(&before.2));
-                growth *= share.clamp(0.1, 0.7);
-                (self.model, self.scale, look) = before;
+            // Where the target lies between the two states, or beyond both, as a share of the step.
+            let share = (target - of(&before.3)) / (of(&look) - of(&before.3));
+            let passed = (of(&look) - target) * growth > 0.0;
+            if self.wanted.friction > 0.0 {
+                if of(&look) > high {
+                    growth *= share.clamp(0.1, 0.7);
+                    (self.model, self.state, self.scale, look) = before;
+                }
+            } else if passed && !near(&look) {
+                // Without friction there is no memory: back by what was too much.
+                growth *= -(1.0 - share.clamp(0.1, 0.9));
             }
         }
         Ok(look)

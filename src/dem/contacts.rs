@@ -135,18 +135,21 @@ impl Triple<Column> {
 /// The pairs of a block in the order of the list.
 #[derive(Debug, Clone, Copy)]
 pub struct Pairs<'a> {
-    /// Slots of the first spheres.
-    pub first: &'a [u32],
+    /// Slot of the first sphere of the block.
+    pub block: usize,
+    /// Places of the first spheres in the block.
+    pub first: &'a [u16],
     /// Slots of the second.
     pub second: &'a [u32],
     /// Places of the second in the block: its spheres, then strangers.
-    pub seats: &'a [u32],
+    pub seats: &'a [u16],
 }
 
 impl<'a> Pairs<'a> {
     #[inline(always)]
     fn slice(self, from: usize, to: usize) -> Self {
         Self {
+            block: self.block,
             first: &self.first[from..to],
             second: &self.second[from..to],
             seats: &self.seats[from..to],
@@ -156,9 +159,7 @@ impl<'a> Pairs<'a> {
 
 /// Part of the results that belongs to one block.
 pub struct Part<'a> {
-    /// First sphere.
-    pub first: usize,
-    /// Their loads.
+    /// Loads of its spheres.
     pub loads: &'a mut [Load],
     /// Entries of the book that belong to its pairs.
     pub book: BookView<'a>,
@@ -194,7 +195,7 @@ trait Version {
     fn approach<const SPINS: u8, const MIXED: bool>(
         field: &Field<'_>,
         pairs: Pairs<'_>,
-        span: (usize, usize),
+        count: usize,
         scratch: &mut Scratch,
     );
     /// See [`answer`].
@@ -205,11 +206,7 @@ trait Version {
         scratch: &mut Scratch,
     );
     /// See [`deliver`].
-    fn deliver<const SPINS: u8, const MIXED: bool>(
-        pairs: Pairs<'_>,
-        first: usize,
-        scratch: &mut Scratch,
-    );
+    fn deliver<const SPINS: u8, const MIXED: bool>(pairs: Pairs<'_>, scratch: &mut Scratch);
 }
 
 /// A version; its functions panic on processors without `$features`.
@@ -223,22 +220,22 @@ macro_rules! version {
             fn approach<const SPINS: u8, const MIXED: bool>(
                 field: &Field<'_>,
                 pairs: Pairs<'_>,
-                span: (usize, usize),
+                count: usize,
                 scratch: &mut Scratch,
             ) {
                 $(#[target_feature(enable = $feature)])*
                 fn inner<const SPINS: u8, const MIXED: bool>(
                     field: &Field<'_>,
                     pairs: Pairs<'_>,
-                    span: (usize, usize),
+                    count: usize,
                     scratch: &mut Scratch,
                 ) {
-                    approach::<$wide, $lanes, SPINS, MIXED>(field, pairs, span, scratch);
+                    approach::<$wide, $lanes, SPINS, MIXED>(field, pairs, count, scratch);
                 }
                 assert!(Self::is_here());
                 // SAFETY: the processor has what the function asks for.
                 #[allow(unused_unsafe)] // nothing is asked for where all processors will do
-                unsafe { inner::<SPINS, MIXED>(field, pairs, span, scratch) }
+                unsafe { inner::<SPINS, MIXED>(field, pairs, count, scratch) }
             }
 
             fn answer<K: Kind>(
@@ -264,21 +261,19 @@ macro_rules! version {
 
             fn deliver<const SPINS: u8, const MIXED: bool>(
                 pairs: Pairs<'_>,
-                first: usize,
                 scratch: &mut Scratch,
             ) {
                 $(#[target_feature(enable = $feature)])*
                 fn inner<const SPINS: u8, const MIXED: bool>(
                     pairs: Pairs<'_>,
-                    first: usize,
                     scratch: &mut Scratch,
                 ) {
-                    deliver::<$wide, $lanes, SPINS, MIXED>(pairs, first, scratch);
+                    deliver::<$wide, $lanes, SPINS, MIXED>(pairs, scratch);
                 }
                 assert!(Self::is_here());
                 // SAFETY: the processor has what the function asks for.
                 #[allow(unused_unsafe)] // see above
-                unsafe { inner::<SPINS, MIXED>(pairs, first, scratch) }
+                unsafe { inner::<SPINS, MIXED>(pairs, scratch) }
             }
         }
     };
@@ -304,7 +299,7 @@ fn all<V: Version, K: Kind>(
         let pairs = pairs.slice(begin, (begin + SWEEP).min(whole));
         let count = pairs.first.len();
         let book = (&mut part.book, begin);
-        sweep::<V, K>(field, pairs, (count, part.first), book, scratch);
+        sweep::<V, K>(field, pairs, count, book, scratch);
     }
     if whole < pairs.first.len() {
         rest::<V, K>(field, pairs, part, whole, scratch);
@@ -321,25 +316,25 @@ fn all<V: Version, K: Kind>(
 fn sweep<V: Version, K: Kind>(
     field: &Field<'_>,
     pairs: Pairs<'_>,
-    span: (usize, usize),
+    count: usize,
     book: (&mut BookView<'_>, usize),
     scratch: &mut Scratch,
 ) {
     let mixed = field.setting.alike.is_none();
     let turned = K::HISTORY == History::Rotated;
     match (K::FRICTION, turned, mixed) {
-        (false, _, false) => V::approach::<0, false>(field, pairs, span, scratch),
-        (false, _, true) => V::approach::<0, true>(field, pairs, span, scratch),
-        (true, false, false) => V::approach::<1, false>(field, pairs, span, scratch),
-        (true, false, true) => V::approach::<1, true>(field, pairs, span, scratch),
-        (true, true, false) => V::approach::<2, false>(field, pairs, span, scratch),
-        (true, true, true) => V::approach::<2, true>(field, pairs, span, scratch),
+        (false, _, false) => V::approach::<0, false>(field, pairs, count, scratch),
+        (false, _, true) => V::approach::<0, true>(field, pairs, count, scratch),
+        (true, false, false) => V::approach::<1, false>(field, pairs, count, scratch),
+        (true, false, true) => V::approach::<1, true>(field, pairs, count, scratch),
+        (true, true, false) => V::approach::<2, false>(field, pairs, count, scratch),
+        (true, true, true) => V::approach::<2, true>(field, pairs, count, scratch),
     }
     V::answer::<K>(field, pairs, book, scratch);
     match (K::FRICTION, mixed) {
-        (false, _) => V::deliver::<0, false>(pairs, span.1, scratch),
-        (true, false) => V::deliver::<1, false>(pairs, span.1, scratch),
-        (true, true) => V::deliver::<1, true>(pairs, span.1, scratch),
+        (false, _) => V::deliver::<0, false>(pairs, scratch),
+        (true, false) => V::deliver::<1, false>(pairs, scratch),
+        (true, true) => V::deliver::<1, true>(pairs, scratch),
     }
 }
 
@@ -352,12 +347,15 @@ fn rest<V: Version, K: Kind>(
     scratch: &mut Scratch,
 ) {
     let count = pairs.first.len() - from;
-    let filled = |slots: &[u32]| -> [u32; GROUP] { from_fn(|l| slots[from + l.min(count - 1)]) };
-    let (first, second, seats) = (filled(pairs.first), filled(pairs.second), filled(pairs.seats));
-    let pairs = Pairs { first: &first, second: &second, seats: &seats };
+    fn filled<T: Copy>(slots: &[T]) -> [T; GROUP] {
+        from_fn(|l| slots[l.min(slots.len() - 1)])
+    }
+    let left = pairs.slice(from, pairs.first.len());
+    let (first, second, seats) = (filled(left.first), filled(left.second), filled(left.seats));
+    let pairs = Pairs { first: &first, second: &second, seats: &seats, ..pairs };
     let mut touching = [false; GROUP];
     let (mut spring, mut normal) = ([Vec3::zeros(); GROUP], [Vec3::zeros(); GROUP]);
-    let mut lag = [[0.0; 2]; GROUP];
+    let (mut lag, mut power) = ([0.0; GROUP], [0.0; GROUP]);
     let rotated = K::FRICTION && K::HISTORY == History::Rotated;
     let entries = from..from + count;
     if K::FRICTION {
@@ -369,14 +367,18 @@ fn rest<V: Version, K: Kind>(
     if K::DAMPING {
         lag[..count].copy_from_slice(&part.book.lag[entries.clone()]);
     }
+    if K::FRICTION && K::DAMPING {
+        power[..count].copy_from_slice(&part.book.power[entries.clone()]);
+    }
     let mut book = BookView {
         touching: &mut touching,
         spring: &mut spring,
         lag: &mut lag,
+        power: &mut power,
         normal: &mut normal,
         pull: &mut [],
     };
-    sweep::<V, K>(field, pairs, (count, part.first), (&mut book, 0), scratch);
+    sweep::<V, K>(field, pairs, count, (&mut book, 0), scratch);
     part.book.touching[entries.clone()].copy_from_slice(&touching[..count]);
     if K::FRICTION {
         part.book.spring[entries.clone()].copy_from_slice(&spring[..count]);
@@ -385,7 +387,10 @@ fn rest<V: Version, K: Kind>(
         part.book.normal[entries.clone()].copy_from_slice(&normal[..count]);
     }
     if K::DAMPING {
-        part.book.lag[entries].copy_from_slice(&lag[..count]);
+        part.book.lag[entries.clone()].copy_from_slice(&lag[..count]);
+    }
+    if K::FRICTION && K::DAMPING {
+        part.book.power[entries].copy_from_slice(&power[..count]);
     }
 }
 
@@ -403,23 +408,22 @@ fn chunk_mut<const W: usize, T>(values: &mut [T], at: usize) -> &mut [T; W] {
     values[at..].first_chunk_mut().expect("a whole group")
 }
 
-/// First sweep: geometry and motion of the pairs, of which the first `count` may touch; the
-/// block begins with the sphere `first`.
+/// First sweep: geometry and motion of the pairs, of which the first `count` may touch.
 #[inline(always)]
 fn approach<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
     field: &Field<'_>,
     pairs: Pairs<'_>,
-    (count, first): (usize, usize),
+    count: usize,
     scratch: &mut Scratch,
 ) {
-    check(pairs, field, first, scratch.pulls.len());
+    check(pairs, field, scratch.pulls.len());
     let Field { balls, spins, setting, yade, .. } = field;
     let alike = L::splat(setting.alike.map_or(0.0, |(_, radius)| radius));
     let share = L::splat(setting.share);
     let slide_share = L::splat(setting.slide_share);
     for at in (0..pairs.first.len()).step_by(W) {
         let (me, them) = (chunk::<W, _>(pairs.first, at), chunk::<W, _>(pairs.second, at));
-        let (ours, theirs) = (entries(balls, me), entries(balls, them));
+        let (ours, theirs) = (entries(balls, pairs.block, me), entries(balls, 0, them));
         let mut rows = [L::row(&ZEROS); W];
         for l in 0..W {
             rows[l] = L::difference(L::row(ours[l].line()), L::row(theirs[l].line()));
@@ -447,7 +451,7 @@ fn approach<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
         if SPINS > 0 {
             let arms = [radii[0] - share * overlap, radii[1] - share * overlap];
             let slides = [radii[0] - slide_share * overlap, radii[1] - slide_share * overlap];
-            let (mine, away) = (entries(spins, me), entries(spins, them));
+            let (mine, away) = (entries(spins, pairs.block, me), entries(spins, 0, them));
             let spins = if MIXED {
                 let (mine, away) = (L::triples(mine), L::triples(away));
                 velocity = velocity + unit.cross(mine * slides[0] + away * slides[1]);
@@ -500,13 +504,16 @@ fn answer<const W: usize, L: Wide<W>, K: Kind>(
             }
         }
         if K::DAMPING {
-            old.lag = L::unpack2(chunk(book.lag, entry));
+            old.lag = L::load(chunk(book.lag, entry));
+            if K::FRICTION {
+                old.power = L::load_single(chunk(book.power, entry));
+            }
         }
         let velocity = scratch.velocity.get(at);
         let approach = Approach { normal: unit, overlap: scratch.overlap.get(at), velocity, spins };
         let law = match &only {
             Some(law) => *law,
-            None => gathered(field, chunk(pairs.first, at), chunk(pairs.second, at)),
+            None => gathered(field, pairs.block, chunk(pairs.first, at), chunk(pairs.second, at)),
         };
         let bits = scratch.touches[at];
         let Response { normal, tangent, past, taken } =
@@ -523,7 +530,10 @@ fn answer<const W: usize, L: Wide<W>, K: Kind>(
             scratch.push.set(at, unit * normal);
         }
         if K::DAMPING {
-            L::pack2(past.lag, chunk_mut(book.lag, entry));
+            past.lag.store(chunk_mut(book.lag, entry));
+            if K::FRICTION {
+                past.power.store_single(chunk_mut(book.power, entry));
+            }
         }
         for (sums, taken) in scratch.sums.iter_mut().zip(taken) {
             let sums = chunk_mut(sums, at % GROUP);
@@ -536,7 +546,6 @@ fn answer<const W: usize, L: Wide<W>, K: Kind>(
 #[inline(always)]
 fn deliver<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
     pairs: Pairs<'_>,
-    first: usize,
     scratch: &mut Scratch,
 ) {
     let zero = L::splat(0.0);
@@ -562,7 +571,7 @@ fn deliver<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
         }
         for l in 0..W {
             // SAFETY: `check` has looked at both places.
-            let pull = unsafe { scratch.pulls.get_unchecked_mut(me[l] as usize - first) };
+            let pull = unsafe { scratch.pulls.get_unchecked_mut(me[l] as usize) };
             L::keep(L::sum(L::row(pull), rows[l]), pull);
             // SAFETY: see above.
             let pull = unsafe { scratch.pulls.get_unchecked_mut(seats[l] as usize) };
@@ -574,41 +583,66 @@ fn deliver<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
 /// Panics if a slot of a sweep does not exist: one look a sweep, so that no access inside it
 /// has a branch.
 #[inline(always)]
-fn check(pairs: Pairs<'_>, field: &Field<'_>, first: usize, pulls: usize) {
-    let highest = |slots: &[u32]| slots.iter().fold(0, |top, slot| top.max(*slot)) as usize;
-    let lowest = pairs.first.iter().fold(u32::MAX, |low, slot| low.min(*slot)) as usize;
+fn check(pairs: Pairs<'_>, field: &Field<'_>, pulls: usize) {
+    fn highest<T: Copy + Ord + Default>(slots: &[T]) -> T {
+        slots.iter().fold(T::default(), |top, slot| top.max(*slot))
+    }
     let count = match field.spins.len() {
         0 => field.balls.len(),
         spins => spins.min(field.balls.len()),
     };
-    let top = highest(pairs.first);
-    assert!(top.max(highest(pairs.second)) < count && highest(pairs.seats) < pulls);
-    assert!(lowest >= first && top - first < pulls);
+    let (first, seat) = (usize::from(highest(pairs.first)), usize::from(highest(pairs.seats)));
+    assert!(first.max(seat) < pulls);
+    assert!((pairs.block + first).max(highest(pairs.second) as usize) < count);
 }
 
-/// The values at these slots, which [`check`] has looked at.
+/// The values at these places after `from`, which [`check`] has looked at.
 #[inline(always)]
-fn entries<'a, const W: usize, T>(values: &'a [T], slots: &[u32; W]) -> [&'a T; W] {
-    // SAFETY: the slots exist.
-    let at = |slot: u32| unsafe { values.get_unchecked(slot as usize) };
-    let mut found = [at(slots[0]); W];
+fn entries<'a, const W: usize, T, I: Place>(
+    values: &'a [T],
+    from: usize,
+    places: &[I; W],
+) -> [&'a T; W] {
+    // SAFETY: the places exist.
+    let at = |place: I| unsafe { values.get_unchecked(from + place.number()) };
+    let mut found = [at(places[0]); W];
     for l in 1..W {
-        found[l] = at(slots[l]);
+        found[l] = at(places[l]);
     }
     found
+}
+
+/// A number of a sphere.
+trait Place: Copy {
+    fn number(self) -> usize;
+}
+
+impl Place for u16 {
+    #[inline(always)]
+    fn number(self) -> usize {
+        usize::from(self)
+    }
+}
+
+impl Place for u32 {
+    #[inline(always)]
+    fn number(self) -> usize {
+        self as usize
+    }
 }
 
 /// Parameters of as many pairs.
 #[inline(always)]
 fn gathered<const W: usize, L: Wide<W>>(
     field: &Field<'_>,
-    me: &[u32; W],
+    block: usize,
+    me: &[u16; W],
     them: &[u32; W],
 ) -> Parameters<L> {
     let mut pairs = [field.setting.pair(0, 0); W];
     for l in 0..W {
-        let [one, two] = [me, them].map(|slots| field.balls[slots[l] as usize].material);
-        pairs[l] = field.setting.pair(one, two);
+        let one = &field.balls[block + usize::from(me[l])];
+        pairs[l] = field.setting.pair(one.material, field.balls[them[l] as usize].material);
     }
     Parameters {
         kn: L::load(&pairs.map(|pair| pair.kn)),
@@ -635,10 +669,10 @@ mod tests {
     fn passes<V: Version>(setting: &Setting<'_>, state: &State) -> Bits {
         let mut state = state.clone();
         let rule = Rule { law: setting.law, advance: 1e-5, interval: 1e-5, bare_slip: false };
-        let owners: Vec<u32> = (0..state.balls.len())
+        let owners: Vec<u16> = (0..state.balls.len())
             .flat_map(|slot| {
                 let entries = state.pairs.start[slot]..state.pairs.start[slot + 1];
-                entries.map(move |_| slot as u32)
+                entries.map(move |_| slot as u16)
             })
             .collect();
         let mut bits = Bits::new();
@@ -655,16 +689,18 @@ mod tests {
                 yade: false,
             };
             let List { partner, book, .. } = &mut state.pairs;
-            let pairs = Pairs { first: &owners, second: partner, seats: partner };
+            let seats: Vec<u16> = partner.iter().map(|slot| *slot as u16).collect();
+            let pairs = Pairs { block: 0, first: &owners, second: partner, seats: &seats };
             let (loads, book) = (&mut state.loads[..], book.view());
-            let mut part = Part { first: 0, loads, book, strangers: &mut [] };
+            let mut part = Part { loads, book, strangers: &mut [] };
             let mut scratch = Scratch::default();
             let tally = for_kind!(setting.kept, setting.law, K => {
                 all::<V, K>(&field, pairs, &mut part, &mut scratch)
             });
             let loads = state.loads.iter().flat_map(|l| l.force.iter().chain(l.torque.iter()));
             bits.extend(loads.chain(state.pairs.book.spring.iter().flatten()).map(|x| x.to_bits()));
-            bits.extend(state.pairs.book.lag.iter().flatten().map(|x| x.to_bits()));
+            bits.extend(state.pairs.book.lag.iter().map(|x| x.to_bits()));
+            bits.extend(state.pairs.book.power.iter().map(|x| u64::from(x.to_bits())));
             bits.extend(state.pairs.book.touching.iter().map(|t| u64::from(*t)));
             let sums = [tally.normal_dashpot, tally.tangential_dashpot, tally.slip];
             bits.extend(sums.map(f64::to_bits));

@@ -15,13 +15,24 @@ use std::time::Instant;
 /// Steps between two progress reports.
 const REPORT_EVERY: u64 = 256;
 
-/// See [`super::simulate`].
+/// Where a run begins.
+pub enum Origin<'a> {
+    /// At time 0, from the bodies of the model.
+    Model,
+    /// At a checkpoint of the same model.
+    Checkpoint(&'a [u8]),
+    /// At time 0, from a state whose sizes, masses and friction may have changed since: its
+    /// places, velocities and contact memories go on.
+    State(Box<State>),
+}
+
+/// See [`super::simulate`]; the state at the end is handed back.
 pub fn simulate(
     model: &Model,
-    resume: Option<&[u8]>,
+    origin: Origin<'_>,
     job: &Job,
     observer: &mut dyn Observer,
-) -> Result<Summary, DemError> {
+) -> Result<(Summary, State), DemError> {
     let (begun, cpu) = (Instant::now(), clock::cpu_seconds());
     super::usable(model)?;
     let advice = limit::advise(model);
@@ -31,7 +42,8 @@ pub fn simulate(
     }
     let deepest = advice.deepest.filter(|worst| worst.depth > model.plan.guard.overlap);
     let watched = model.plan.guard.overlap > 0.0 && model.plan.zero_every == 0;
-    if let (Some(worst), true) = (deepest, watched && resume.is_none()) {
+    let fresh = !matches!(origin, Origin::Checkpoint(_));
+    if let (Some(worst), true) = (deepest, watched && fresh) {
         return Err(DemError::Overlap {
             worst: worst.to_string(),
             limit: model.plan.guard.overlap,
@@ -40,13 +52,20 @@ pub fn simulate(
     let mut setting = Setting::new(model);
     let mut watch = guard::Watch::default();
     let mut work = Workspace::new(job.threads, model.spheres.len());
-    let (mut state, mut stopped) = match resume {
-        Some(bytes) => {
+    let (mut state, mut stopped) = match origin {
+        Origin::Checkpoint(bytes) => {
             let state = checkpoint::read(model, bytes)?;
             place_for_looks(&mut setting, &state);
             (state, None)
         }
-        None => start(&mut setting, &mut work, &mut watch, observer),
+        Origin::State(mut state) => {
+            state.begin_again(&setting);
+            start(&mut setting, *state, &mut work, &mut watch, observer)
+        }
+        Origin::Model => {
+            let state = State::new(&setting);
+            start(&mut setting, state, &mut work, &mut watch, observer)
+        }
     };
     let (from, loop_begun) = (state.step, Instant::now());
     let mut outcome = None;
@@ -90,7 +109,10 @@ pub fn simulate(
         }
     });
     let steps = state.step - from;
-    Ok(Summary {
+    // What is left to say takes memory of its own.
+    drop(work);
+    state.built = Vec::new();
+    let summary = Summary {
         outcome,
         touches: ledger::touches(&setting, &state),
         breaks: state.bonds.broken.clone(),
@@ -109,17 +131,18 @@ pub fn simulate(
             .chain(watch.notes)
             .chain(servo::notes(model, &state.servos))
             .collect(),
-    })
+    };
+    Ok((summary, state))
 }
 
-/// State, force pass and output at time 0.
+/// Lists, force pass and output at time 0.
 fn start(
     setting: &mut Setting<'_>,
+    mut state: State,
     work: &mut Workspace,
     watch: &mut guard::Watch,
     observer: &mut dyn Observer,
 ) -> (State, Option<String>) {
-    let mut state = State::new(setting);
     neighbours::rebuild(setting, &mut state);
     let stopped = watch.look(setting, &state, false);
     let walls = setting.walls.clone();
@@ -260,9 +283,13 @@ pub(super) fn force_pass(
 
 /// A frame, and contact forces if they are wanted with it.
 fn hand_over(setting: &Setting<'_>, state: &State, observer: &mut dyn Observer, last: bool) {
+    let pushes = observer.wants_pushes(last);
+    if !observer.wants_frames() && !pushes {
+        return;
+    }
     let frame = state.frame(setting);
     observer.frame(&frame);
-    if observer.wants_pushes(last) {
+    if pushes {
         observer.pushes(&frame, pushes::pushes(setting, state));
     }
 }

@@ -579,12 +579,12 @@ pub fn drag(setting: &Setting<'_>, state: &mut State, first: bool) -> f64 {
     }
     let ahead = if first && setting.scheme != Scheme::Yade { 0.0 } else { 0.5 * setting.step };
     let mut power = 0.0;
-    for ((ball, load), light) in state.balls.iter().zip(&mut state.loads).zip(&state.light) {
+    for (slot, (ball, load)) in state.balls.iter().zip(&mut state.loads).enumerate() {
         let pull = ball.velocity * drag;
         load.force -= pull;
         let mut velocity = ball.velocity;
         if ball.alone {
-            velocity += (load.force * light.mass + setting.gravity) * ahead;
+            velocity += (load.force * state.light.at(slot).mass + setting.gravity) * ahead;
         }
         power += pull.dot(&velocity);
     }

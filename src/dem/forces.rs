@@ -15,15 +15,17 @@ use super::far::Far;
 use super::law::{BookView, Kind, Rule, Tally, for_kind};
 use super::neighbours;
 use super::setting::{PlaneNow, Setting};
-use super::state::{Ball, Lightness, List, Load, State};
+use super::state::{Ball, Lights, List, Load, State};
 use super::walls;
 use crate::model::Scheme;
 use crate::num::Vec3;
 
 /// Least number of spheres a block.
 const BLOCK: usize = 1200;
-/// Most blocks.
+/// Most blocks of less than [`MOST`] spheres.
 const BLOCKS: usize = 64;
+/// Most spheres a block: half of what the places of spheres and strangers leave.
+const MOST: usize = 1 << 15;
 /// Scenes below this size run on one thread: a pass is shorter than waking a second one.
 const WORTH_THREADS: usize = 2 * BLOCK;
 
@@ -47,10 +49,10 @@ struct Blocks {
     size: usize,
     /// One for each thread.
     scratch: Vec<Scratch>,
-    /// First sphere of each pair.
-    owners: Vec<u32>,
-    /// Place of its second sphere in the block.
-    seats: Vec<u32>,
+    /// Place of the first sphere of each pair in the block.
+    owners: Vec<u16>,
+    /// Place of the second: the block's own, then strangers.
+    seats: Vec<u16>,
     /// Loads of each block on spheres of later blocks.
     strangers: Vec<Vec<Load>>,
     /// For each block what it gets: block, place among its strangers, sphere.
@@ -68,37 +70,10 @@ impl Blocks {
         }
         self.indexed_at = Some(state.rebuilds);
         let count = state.balls.len();
-        let number = (count / BLOCK).clamp(1, BLOCKS);
-        self.size = count.div_ceil(number).max(1);
-        self.mail = vec![Vec::new(); number];
-        let pairs = &state.pairs;
-        self.owners.clear();
-        for slot in 0..count {
-            self.owners.resize(pairs.start[slot + 1] as usize, slot as u32);
-        }
-        self.seats.clear();
-        self.strangers.resize_with(number, Vec::new);
-        // For each sphere the last block that it is a stranger of, and its place there.
-        let mut known = vec![(u32::MAX, 0); if number > 1 { count } else { 0 }];
-        for from in 0..number {
-            let (low, high) = (from * self.size, ((from + 1) * self.size).min(count));
-            let mut met = 0;
-            for other in &pairs.partner[pairs.start[low] as usize..pairs.start[high] as usize] {
-                let slot = *other as usize;
-                if slot < high {
-                    self.seats.push((slot - low) as u32);
-                    continue;
-                }
-                let (block, place) = &mut known[slot];
-                if *block != from as u32 {
-                    (*block, *place) = (from as u32, met);
-                    self.mail[slot / self.size].push([from as u32, met, *other]);
-                    met += 1;
-                }
-                self.seats.push((high - low) as u32 + *place);
-            }
-            self.strangers[from].clear();
-            self.strangers[from].resize(met as usize, Load::default());
+        let mut number = (count / BLOCK).clamp(1, BLOCKS).max(count.div_ceil(MOST));
+        // More blocks only where one has more strangers than can be told apart: never yet seen.
+        while !self.cut(state, number) && number < count {
+            number *= 2;
         }
         let has = |list: &List, slot: usize| list.start[slot + 1] > list.start[slot];
         self.at_walls.clear();
@@ -107,6 +82,51 @@ impl Blocks {
                 .filter(|s| has(&state.planes, *s) || has(&state.faces, *s))
                 .map(|s| s as u32),
         );
+    }
+}
+
+impl Blocks {
+    /// Cuts the spheres into `number` blocks; false if places in them do not fit their type.
+    fn cut(&mut self, state: &State, number: usize) -> bool {
+        let (pairs, count) = (&state.pairs, state.balls.len());
+        self.size = count.div_ceil(number).max(1);
+        self.mail = vec![Vec::new(); number];
+        self.strangers.resize_with(number, Vec::new);
+        let entries = pairs.partner.len();
+        (self.owners, self.seats) = (Vec::with_capacity(entries), Vec::with_capacity(entries));
+        // For each sphere the last block that it is a stranger of, and its place there.
+        let mut known = vec![(u32::MAX, 0); if number > 1 { count } else { 0 }];
+        let mut fits = true;
+        let mut place_of = |place: usize| {
+            fits &= place <= usize::from(u16::MAX);
+            place as u16
+        };
+        for from in 0..number {
+            let low = (from * self.size).min(count);
+            let high = (low + self.size).min(count);
+            let mut met = 0;
+            for slot in low..high {
+                let range = pairs.start[slot] as usize..pairs.start[slot + 1] as usize;
+                self.owners.resize(range.end, (slot - low) as u16);
+                for other in &pairs.partner[range] {
+                    let slot = *other as usize;
+                    if slot < high {
+                        self.seats.push((slot - low) as u16);
+                        continue;
+                    }
+                    let (block, place) = &mut known[slot];
+                    if *block != from as u32 {
+                        (*block, *place) = (from as u32, met);
+                        self.mail[slot / self.size].push([from as u32, met, *other]);
+                        met += 1;
+                    }
+                    self.seats.push(place_of(high - low + *place as usize));
+                }
+            }
+            self.strangers[from] = vec![Load::default(); met as usize];
+        }
+        self.mail.iter_mut().for_each(Vec::shrink_to_fit);
+        fits
     }
 }
 
@@ -130,9 +150,9 @@ impl Workspace {
     #[cfg(test)]
     pub fn bytes(&self) -> usize {
         let blocks = &self.blocks;
-        blocks.owners.capacity() * 4
+        blocks.owners.capacity() * 2
             + blocks.at_walls.capacity() * 4
-            + blocks.seats.capacity() * 4
+            + blocks.seats.capacity() * 2
             + blocks.strangers.iter().map(|met| met.capacity() * 48).sum::<usize>()
             + blocks.mail.iter().map(|mail| mail.capacity() * 12).sum::<usize>()
             + blocks.scratch.iter().map(Scratch::bytes).sum::<usize>()
@@ -182,7 +202,7 @@ pub struct Field<'a> {
     /// Their angular velocities.
     pub spins: &'a [Vec3],
     /// Their inverse mass properties.
-    pub light: &'a [Lightness],
+    pub light: &'a Lights,
     /// Planes at the time of the pass.
     pub planes: &'a [PlaneNow],
     /// Triangles at the time of the pass.
@@ -195,6 +215,8 @@ pub struct Field<'a> {
 
 /// One block: its pairs and its walls.
 struct Part<'a> {
+    /// First sphere.
+    first: usize,
     list: contacts::Pairs<'a>,
     pairs: contacts::Part<'a>,
     /// Spheres of the block with walls in their lists.
@@ -246,12 +268,14 @@ fn pass<K: Kind>(
         let (here, rest) = near.split_at(near.partition_point(|slot| (*slot as usize) < last));
         near = rest;
         parts.push(Part {
+            first,
             list: contacts::Pairs {
+                block: first,
                 first: &owners[range.clone()],
                 second: &partner[range.clone()],
                 seats: &seats[range],
             },
-            pairs: contacts::Part { first, loads, book, strangers },
+            pairs: contacts::Part { loads, book, strangers },
             at_walls: here,
             planes: (planes.0, planes.1.start),
             faces: (faces.0, faces.1.start),
@@ -287,7 +311,7 @@ fn block_walls<K: Kind>(
     let mut hits = Vec::new();
     for slot in part.at_walls {
         let slot = *slot as usize;
-        let load = &mut part.pairs.loads[slot - part.pairs.first];
+        let load = &mut part.pairs.loads[slot - part.first];
         let range = planes.0[slot] as usize..planes.0[slot + 1] as usize;
         let base = range.start - part.planes.1;
         let (book, tally) = (&mut part.planes.0, &mut part.tally);

@@ -24,6 +24,7 @@ use super::setting::Setting;
 use super::state::State;
 use crate::model::{Frame, Guard, Lost};
 use crate::num::Vec3;
+use nalgebra::Vector3;
 
 /// Most steps between two looks.
 pub const EVERY: u64 = crate::model::LOOK_EVERY;
@@ -32,8 +33,9 @@ const NOISE: f64 = 1e-3;
 /// Nor those that so many units in the last place of the positions make: bodies between walls
 /// that push with equal forces feel nothing else.
 const UNITS: f64 = 1e3;
-/// The last good frame is kept in scenes of at most so many spheres (200 bytes each).
-const KEPT: usize = 200_000;
+/// The last good frame is kept in scenes of at most so many spheres: it takes 200 bytes each, half
+/// of what all else does.
+const KEPT: usize = 20_000;
 
 /// Whether all places, motions and loads are finite numbers.
 pub fn finite(state: &State) -> bool {
@@ -50,8 +52,9 @@ pub fn finite(state: &State) -> bool {
 #[derive(Debug, Default)]
 pub struct Watch {
     rebuilds: u64,
-    /// Loads of the last steps while they are compared, and the builds they belong to.
-    loads: Vec<Vec<Vec3>>,
+    /// Forces of the last two steps while they are compared, and the builds they belong to. Single
+    /// precision: changes below [`NOISE`] do not count.
+    loads: Vec<Vec<Vector3<f32>>>,
     loads_of: u64,
     /// Times in a row that the run was found shaking, and how much of the forces changed.
     shaking: (u32, f64),
@@ -122,6 +125,7 @@ impl Watch {
             return Some(reason);
         }
         if state.balls.len() <= KEPT {
+            self.good = None;
             self.good = Some(state.frame(setting));
         }
         None
@@ -138,12 +142,11 @@ impl Watch {
             self.loads.clear();
             self.loads_of = state.rebuilds;
         }
-        self.loads.push(state.loads.iter().map(|load| load.force).collect());
-        if self.loads.len() < 3 {
+        if self.loads.len() < 2 {
+            self.loads.push(state.loads.iter().map(|load| load.force.map(|f| f as f32)).collect());
             return None;
         }
-        let (opposed, change, body) = shaking(setting, state, &self.loads);
-        self.loads.clear();
+        let (opposed, change, body) = shaking(setting, state, &std::mem::take(&mut self.loads));
         let (times, before) = self.shaking;
         self.shaking = match (opposed > most, change > 0.5 * before) {
             (true, true) => (times + 1, change),
@@ -264,18 +267,20 @@ fn stiffest(setting: &Setting<'_>) -> f64 {
 }
 
 /// How far the last change of the forces is opposed to the one before, its size over that of
-/// the forces, and the body whose forces change most.
-fn shaking(setting: &Setting<'_>, state: &State, loads: &[Vec<Vec3>]) -> (f64, f64, u32) {
+/// the forces, and the body whose forces change most; `loads` are those of the two steps before.
+fn shaking(setting: &Setting<'_>, state: &State, loads: &[Vec<Vector3<f32>>]) -> (f64, f64, u32) {
     let (mut product, mut squares, mut whole, mut rounding) = (0.0, [0.0; 2], 0.0, 0.0);
     let stiffest = stiffest(setting);
     let mut most = (0.0, 0);
     for (slot, ball) in state.balls.iter().enumerate() {
         let light = 1.0 / setting.model.bodies[ball.body as usize].mass;
-        let (early, late) = (loads[1][slot] - loads[0][slot], loads[2][slot] - loads[1][slot]);
+        let now = state.loads[slot].force;
+        let [before, last] = [0, 1].map(|at: usize| loads[at][slot].cast::<f64>());
+        let (early, late) = (last - before, now - last);
         product += early.dot(&late) * light;
         squares[0] += early.norm_squared() * light;
         squares[1] += late.norm_squared() * light;
-        whole += loads[2][slot].norm_squared() * light;
+        whole += now.norm_squared() * light;
         let unit = f64::EPSILON * ball.place.amax();
         rounding += (UNITS * unit * stiffest).powi(2) * light;
         let change = late.norm_squared() * light;

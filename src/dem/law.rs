@@ -101,7 +101,9 @@ pub struct Past<L> {
     /// Tangential spring, m.
     pub spring: Triple<L>,
     /// See [`Book::lag`].
-    pub lag: [L; 2],
+    pub lag: L,
+    /// See [`Book::power`].
+    pub power: L,
     /// See [`Book::normal`].
     pub normal: Triple<L>,
 }
@@ -110,7 +112,8 @@ impl<L: Lanes> Past<L> {
     /// Nothing.
     #[inline(always)]
     pub fn none() -> Self {
-        Self { spring: Triple::zero(), lag: [L::splat(0.0); 2], normal: Triple::zero() }
+        let zero = L::splat(0.0);
+        Self { spring: Triple::zero(), lag: zero, power: zero, normal: Triple::zero() }
     }
 }
 
@@ -162,33 +165,26 @@ pub struct Book {
     pub touching: Vec<bool>,
     /// Tangential springs, m; with friction only.
     pub spring: Vec<Vec3>,
-    /// Non-elastic normal force [N] and power of the tangential dashpot [W] at the last pass;
-    /// of path-averaged contacts the whole normal force [N] and 0. With damping only.
-    pub lag: Vec<[f64; 2]>,
+    /// Non-elastic normal force at the last pass, N; of path-averaged contacts the whole normal
+    /// force. With damping only.
+    pub lag: Vec<f64>,
+    /// Power of the tangential dashpot at the last pass, W; 0 of path-averaged contacts. With friction
+    /// and damping only. No force follows from it, and the energies that do are
+    /// of second order in the step: single precision is enough.
+    pub power: Vec<f32>,
     /// Normal of the last pass; with springs that turn with it only.
     pub normal: Vec<Vec3>,
     /// Tangential force on the sphere in the last pass, N; where dashpots are implicit only.
     pub pull: Vec<Vec3>,
 }
 
-/// One entry of a book.
+/// Forces in one entry of a book.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Record {
     /// Tangential spring, m.
     pub spring: Vec3,
     /// See [`Book::lag`].
-    pub lag: [f64; 2],
-    /// See [`Book::normal`].
-    pub normal: Vec3,
-    /// See [`Book::pull`].
-    pub pull: Vec3,
-}
-
-impl Record {
-    /// The same contact seen from the other side.
-    pub fn reversed(self) -> Self {
-        Self { spring: -self.spring, lag: self.lag, normal: -self.normal, pull: -self.pull }
-    }
+    pub lag: f64,
 }
 
 /// Which arrays of a book are kept.
@@ -211,7 +207,8 @@ impl Book {
         Self {
             touching: vec![false; size],
             spring: vec![Vec3::zeros(); of(kept.friction)],
-            lag: vec![[0.0; 2]; of(kept.damping)],
+            lag: vec![0.0; of(kept.damping)],
+            power: vec![0.0; of(kept.friction && kept.damping)],
             normal: vec![Vec3::zeros(); of(kept.friction && kept.normals)],
             pull: vec![Vec3::zeros(); of(kept.friction && kept.pulls)],
         }
@@ -222,25 +219,6 @@ impl Book {
         Record {
             spring: self.spring.get(k).copied().unwrap_or_default(),
             lag: self.lag.get(k).copied().unwrap_or_default(),
-            normal: self.normal.get(k).copied().unwrap_or_default(),
-            pull: self.pull.get(k).copied().unwrap_or_default(),
-        }
-    }
-
-    /// Marks entry `k` as touching with `record`.
-    pub fn restore(&mut self, k: usize, record: Record) {
-        self.touching[k] = true;
-        if let Some(place) = self.spring.get_mut(k) {
-            *place = record.spring;
-        }
-        if let Some(place) = self.lag.get_mut(k) {
-            *place = record.lag;
-        }
-        if let Some(place) = self.normal.get_mut(k) {
-            *place = record.normal;
-        }
-        if let Some(place) = self.pull.get_mut(k) {
-            *place = record.pull;
         }
     }
 
@@ -250,6 +228,7 @@ impl Book {
             touching: &mut self.touching,
             spring: &mut self.spring,
             lag: &mut self.lag,
+            power: &mut self.power,
             normal: &mut self.normal,
             pull: &mut self.pull,
         }
@@ -264,7 +243,9 @@ pub struct BookView<'a> {
     /// See [`Book::spring`].
     pub spring: &'a mut [Vec3],
     /// See [`Book::lag`].
-    pub lag: &'a mut [[f64; 2]],
+    pub lag: &'a mut [f64],
+    /// See [`Book::power`].
+    pub power: &'a mut [f32],
     /// See [`Book::normal`].
     pub normal: &'a mut [Vec3],
     /// See [`Book::pull`].
@@ -277,11 +258,12 @@ impl<'a> BookView<'a> {
         let (t, touching) = self.touching.split_at_mut(at);
         let (s, spring) = self.spring.split_at_mut(at.min(self.spring.len()));
         let (l, lag) = self.lag.split_at_mut(at.min(self.lag.len()));
+        let (w, power) = self.power.split_at_mut(at.min(self.power.len()));
         let (n, normal) = self.normal.split_at_mut(at.min(self.normal.len()));
         let (p, pull) = self.pull.split_at_mut(at.min(self.pull.len()));
         (
-            Self { touching: t, spring: s, lag: l, normal: n, pull: p },
-            Self { touching, spring, lag, normal, pull },
+            Self { touching: t, spring: s, lag: l, power: w, normal: n, pull: p },
+            Self { touching, spring, lag, power, normal, pull },
         )
     }
 
@@ -297,6 +279,9 @@ impl<'a> BookView<'a> {
         }
         if K::DAMPING {
             past.lag = self.lag[k];
+            if K::FRICTION {
+                past.power = f64::from(self.power[k]);
+            }
         }
         past
     }
@@ -312,6 +297,9 @@ impl<'a> BookView<'a> {
         }
         if K::DAMPING {
             self.lag[k] = past.lag;
+            if K::FRICTION {
+                self.power[k] = past.power as f32;
+            }
         }
     }
 
@@ -322,7 +310,10 @@ impl<'a> BookView<'a> {
             *place = Vec3::zeros();
         }
         if let Some(place) = self.lag.get_mut(k) {
-            *place = [0.0; 2];
+            *place = 0.0;
+        }
+        if let Some(place) = self.power.get_mut(k) {
+            *place = 0.0;
         }
         if let Some(place) = self.pull.get_mut(k) {
             *place = Vec3::zeros();
@@ -429,8 +420,8 @@ pub fn respond<L: Lanes, K: Kind>(
         normal = normal + pair.cn * closing;
         let pulls = L::both(normal.below(zero), L::all(!rule.law.tension));
         normal = L::pick(pulls, zero, normal);
-        past.lag[0] = L::only(touches, normal - elastic);
-        taken[0] = L::splat(0.5 * rule.interval) * closing * (old.lag[0] + past.lag[0]);
+        past.lag = L::only(touches, normal - elastic);
+        taken[0] = L::splat(0.5 * rule.interval) * closing * (old.lag + past.lag);
     }
     normal = L::only(touches, normal);
     let mut tangent = Triple::zero();
@@ -461,8 +452,8 @@ pub fn respond<L: Lanes, K: Kind>(
             taken[2] = L::only(ends, L::splat(0.5) * pair.kt * lost);
         }
         if K::DAMPING {
-            past.lag[1] = L::only(touches, dash.dot(slide));
-            taken[1] = L::splat(rule.interval) * mean_power(old.lag[1], past.lag[1]);
+            past.power = L::only(touches, dash.dot(slide));
+            taken[1] = L::splat(rule.interval) * mean_power(old.power, past.power);
         }
     }
     Response { normal, tangent, past, taken }
@@ -620,6 +611,13 @@ mod tests {
 
     const KEPT: Kept = Kept { friction: true, damping: true, normals: true, pulls: false };
 
+    /// A book of one contact with this spring and normal.
+    fn book_of(spring: Vec3, normal: Vec3) -> Book {
+        let mut book = Book::open(1, KEPT);
+        (book.touching[0], book.spring[0], book.normal[0]) = (true, spring, normal);
+        book
+    }
+
     proptest! {
         #[test]
         fn limits_hold_and_nothing_gives_energy(
@@ -628,9 +626,7 @@ mod tests {
         ) {
             let pair = Contact { kn: 1e4, kt: 7e3, cn: 2.0, ct: 1.0, friction };
             let normal = (Vec3::z() + tilt).normalize();
-            let mut book = Book::open(1, KEPT);
-            let flat = Vec3::new(old.x, old.y, 0.0);
-            book.restore(0, Record { spring: flat, normal: Vec3::z(), ..Record::default() });
+            let mut book = book_of(Vec3::new(old.x, old.y, 0.0), Vec3::z());
             let rule = Rule { law, advance: 1e-6, interval: 1e-6, bare_slip: false };
             let approach = Approach::new(normal, overlap, velocity, Vec3::zeros());
             let mut tally = Tally::default();
@@ -670,9 +666,7 @@ mod tests {
             let frame = crate::num::Rotation::from_scaled_axis(axis);
             let flat = Vec3::new(old.x, old.y, 0.0);
             let seen = |turn: &dyn Fn(Vec3) -> Vec3| {
-                let mut book = Book::open(1, KEPT);
-                let (spring, normal) = (turn(flat), turn(Vec3::z()));
-                book.restore(0, Record { spring, normal, ..Record::default() });
+                let mut book = book_of(turn(flat), turn(Vec3::z()));
                 let normal = turn((Vec3::z() + tilt).normalize());
                 let approach = Approach::new(normal, overlap, turn(velocity), turn(spins));
                 let mut tally = Tally::default();
@@ -702,8 +696,7 @@ mod tests {
             let work = |count: u32| {
                 let step = 1e-3 / f64::from(count);
                 let rule = Rule { law, advance: step, interval: step, bare_slip: false };
-                let mut book = Book::open(1, KEPT);
-                book.restore(0, Record { normal: Vec3::z(), ..Record::default() });
+                let mut book = book_of(Vec3::zeros(), Vec3::z());
                 let (mut sum, mut last, mut held) = (0.0, None::<Vec3>, 0.0);
                 for i in 0..=2 * count {
                     let place = |s: f64| {

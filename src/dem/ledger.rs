@@ -200,7 +200,7 @@ pub fn kinetic(setting: &Setting<'_>, state: &State) -> f64 {
         if !ball.alone {
             continue;
         }
-        let (light, load) = (&state.light[slot], &state.loads[slot]);
+        let (light, load) = (state.light.at(slot), &state.loads[slot]);
         let velocity = ball.velocity + (load.force * light.mass + setting.gravity) * ahead;
         total += 0.5 / light.mass * velocity.norm_squared();
         if let Some(spin) = state.spins.get(slot) {
@@ -221,9 +221,8 @@ pub fn kinetic(setting: &Setting<'_>, state: &State) -> f64 {
 
 /// Σ m g·x over all bodies, J.
 fn height(setting: &Setting<'_>, state: &State) -> f64 {
-    let model = setting.model;
-    let bodies = state.bodies(setting);
-    bodies.iter().zip(&model.bodies).map(|(s, b)| b.mass * setting.gravity.dot(&s.position)).sum()
+    let bodies = state.paths(setting).zip(&setting.model.bodies);
+    bodies.map(|((place, _), body)| body.mass * setting.gravity.dot(&place)).sum()
 }
 
 /// Potential energy in uniform gravity and between the bodies, J.
@@ -253,10 +252,9 @@ pub fn row(setting: &Setting<'_>, state: &State) -> SeriesRow {
         + ledger.contacts.wetting
         + ledger.drag;
     let momentum: Vec3 = state
-        .bodies(setting)
-        .iter()
+        .paths(setting)
         .zip(&setting.model.bodies)
-        .map(|(state, body)| state.velocity * body.mass)
+        .map(|((_, velocity), body)| velocity * body.mass)
         .sum();
     SeriesRow {
         time: state.step as f64 * setting.step,
@@ -299,7 +297,8 @@ pub fn row(setting: &Setting<'_>, state: &State) -> SeriesRow {
 /// are those of the pass: elastic part from the overlap, the rest from the book.
 /// Of path-averaged contacts with dashpots it is the mean over the last step.
 pub fn touches(setting: &Setting<'_>, state: &State) -> Vec<Touch> {
-    let mut all = Vec::new();
+    let count = state.pairs.book.touching.iter().filter(|touching| **touching).count();
+    let mut all = Vec::with_capacity(count);
     visit(&state.pairs, |slot, other, k| {
         let (a, b) = (&state.balls[slot], &state.balls[other]);
         let overlap = a.radius + b.radius - setting.way(a.place - b.place).norm();
@@ -310,8 +309,8 @@ pub fn touches(setting: &Setting<'_>, state: &State) -> Vec<Touch> {
             first: first.min(second),
             second: first.max(second),
             normal: match setting.scheme {
-                Scheme::PathAveraged if setting.kept.damping => record.lag[0],
-                _ => law.kn * overlap + record.lag[0],
+                Scheme::PathAveraged if setting.kept.damping => record.lag,
+                _ => law.kn * overlap + record.lag,
             },
             tangential: law.kt * record.spring.norm(),
         });

@@ -16,6 +16,7 @@
 //! O(contacts) for the network, O(bodies × members²) for the rest.
 
 use super::bond_limit;
+use super::law::Book;
 use super::neighbours;
 use super::network::{self, Deepest, Link, Network, Stepping, Strand};
 use super::servo;
@@ -91,6 +92,9 @@ pub fn advise(model: &Model) -> Advice {
     let pairs = Pairs::of(&setting);
     let mut state = State::new(&setting);
     neighbours::rebuild(&setting, &mut state);
+    // Only who touches whom matters here.
+    (state.loads, state.built) = (Vec::new(), Vec::new());
+    state.pairs.book = Book::default();
     let packed = packed_bound(&setting);
     let enough = pairs.damping.map_or(packed, |damping| packed.min(damping));
     let present = Network::new(&setting, &state, 0.0);

@@ -144,9 +144,10 @@ pub fn notes(setting: &Setting<'_>, state: &State) -> Vec<String> {
             vec![format!("{count} bodies left the domain and were taken out: {named}")]
         }
         Lost::GoOn => {
-            let states = state.bodies(setting);
-            let outside: Vec<usize> = (0..states.len())
-                .filter(|body| setting.model.is_outside(&states[*body].position))
+            let places = state.paths(setting).enumerate();
+            let outside: Vec<usize> = places
+                .filter(|(_, (place, _))| setting.model.is_outside(place))
+                .map(|(body, _)| body)
                 .collect();
             if outside.is_empty() {
                 return Vec::new();

@@ -4,8 +4,7 @@
 //! Four schemes share everything but the order of operations:
 //! `leapfrog` (ours), `liggghts`, `lammps` and `yade` (those codes to round-off). A fifth,
 //! `path_averaged` (ours), averages forces over the path of each step and is of
-//! second order where contacts begin and end (see [`averaged`]), of first order while a
-//! contact slips in a turning direction.
+//! second order also where contacts begin and end (see [`averaged`]).
 //!
 //! Which velocity stands where, with F_n evaluated at x_n and v_{n−1/2}:
 //! - `leapfrog`, `liggghts`, `lammps`: model velocities are v_0; frames hold x_n, v_n, ω_n.
@@ -111,6 +110,11 @@ use crate::pack::Push;
 pub trait Observer {
     /// A frame that is due; the first at step 0, the last at the end.
     fn frame(&mut self, frame: &Frame);
+    /// Whether frames are looked at at all. They are not made where nobody does: one takes 200 bytes
+    /// a sphere.
+    fn wants_frames(&self) -> bool {
+        true
+    }
     /// A row of the series that is due.
     fn row(&mut self, row: &SeriesRow);
     /// A checkpoint that is due, or the last state of a cancelled run; feed it to [`simulate`] to go on from there.
@@ -183,7 +187,8 @@ pub fn simulate(
     job: &Job,
     observer: &mut dyn Observer,
 ) -> Result<Summary, DemError> {
-    drive::simulate(model, resume, job, observer)
+    let origin = resume.map_or(drive::Origin::Model, drive::Origin::Checkpoint);
+    drive::simulate(model, origin, job, observer).map(|(summary, _)| summary)
 }
 
 /// Gap up to which the first lists hold pairs of spheres, m.

@@ -11,7 +11,7 @@
 
 use super::crew::Crew;
 use super::setting::Setting;
-use super::state::{Ball, Lightness, Load, State};
+use super::state::{Ball, Lights, Load, State};
 use super::turn;
 use crate::model::Scheme;
 use crate::num::Vec3;
@@ -86,7 +86,8 @@ struct Flock<'a> {
     /// Empty if nothing turns.
     spins: &'a mut [Vec3],
     loads: &'a [Load],
-    light: &'a [Lightness],
+    /// Number of the first.
+    first: usize,
     built: &'a [Vec3],
     /// Whether one went too far.
     far: bool,
@@ -99,25 +100,29 @@ const FLOCK: usize = 1024;
 fn move_alone(setting: &Setting<'_>, state: &mut State, crew: &Crew, leap: &Leap) -> bool {
     // Without rotation no chunks: every flock gets none.
     let mut spins = state.spins.chunks_mut(FLOCK);
-    let fixed = state.loads.chunks(FLOCK).zip(state.light.chunks(FLOCK));
+    let lights = &state.light;
     let mut flocks: Vec<Flock<'_>> = state
         .balls
         .chunks_mut(FLOCK)
-        .zip(fixed.zip(state.built.chunks(FLOCK)))
-        .map(|(balls, ((loads, light), built))| {
+        .zip(state.loads.chunks(FLOCK).zip(state.built.chunks(FLOCK)))
+        .enumerate()
+        .map(|(number, (balls, (loads, built)))| {
             let spins = spins.next().unwrap_or_default();
-            Flock { balls, spins, loads, light, built, far: false }
+            Flock { balls, spins, loads, first: number * FLOCK, built, far: false }
         })
         .collect();
-    crew.share(&mut flocks, &mut vec![(); crew.size()], |flock, ()| fly(setting, flock, leap));
+    crew.share(&mut flocks, &mut vec![(); crew.size()], |flock, ()| {
+        fly(setting, lights, flock, leap);
+    });
     flocks.iter().any(|flock| flock.far)
 }
 
-fn fly(setting: &Setting<'_>, flock: &mut Flock<'_>, leap: &Leap) {
+fn fly(setting: &Setting<'_>, lights: &Lights, flock: &mut Flock<'_>, leap: &Leap) {
     let (gravity, step) = (setting.gravity, setting.step);
-    let fixed = flock.loads.iter().zip(flock.light).zip(flock.built);
-    for (ball, ((load, light), built)) in flock.balls.iter_mut().zip(fixed) {
+    let fixed = (flock.first..).zip(flock.loads).zip(flock.built);
+    for (ball, ((slot, load), built)) in flock.balls.iter_mut().zip(fixed) {
         if ball.alone {
+            let light = lights.at(slot);
             let gain = (load.force * light.mass + gravity) * leap.kick;
             if leap.owed {
                 ball.velocity += gain;
@@ -127,8 +132,8 @@ fn fly(setting: &Setting<'_>, flock: &mut Flock<'_>, leap: &Leap) {
             flock.far |= !within(&(ball.place - built), leap.square);
         }
     }
-    for (spin, (load, light)) in flock.spins.iter_mut().zip(flock.loads.iter().zip(flock.light)) {
-        let gain = load.torque * (light.inertia * leap.kick);
+    for (spin, (slot, load)) in flock.spins.iter_mut().zip((flock.first..).zip(flock.loads)) {
+        let gain = load.torque * (lights.at(slot).inertia * leap.kick);
         if leap.owed {
             *spin += gain;
         }
@@ -138,9 +143,9 @@ fn fly(setting: &Setting<'_>, flock: &mut Flock<'_>, leap: &Leap) {
 
 fn kick_alone(setting: &Setting<'_>, state: &mut State, span: f64) {
     let gravity = setting.gravity;
-    for ((ball, load), light) in state.balls.iter_mut().zip(&state.loads).zip(&state.light) {
+    for (slot, (ball, load)) in state.balls.iter_mut().zip(&state.loads).enumerate() {
         if ball.alone {
-            ball.velocity += (load.force * light.mass + gravity) * span;
+            ball.velocity += (load.force * state.light.at(slot).mass + gravity) * span;
         }
     }
     kick_spins(setting, state, span);
@@ -148,8 +153,8 @@ fn kick_alone(setting: &Setting<'_>, state: &mut State, span: f64) {
 
 fn kick_spins(setting: &Setting<'_>, state: &mut State, span: f64) {
     if setting.needs.rotation {
-        for ((spin, load), light) in state.spins.iter_mut().zip(&state.loads).zip(&state.light) {
-            *spin += load.torque * (light.inertia * span);
+        for (slot, (spin, load)) in state.spins.iter_mut().zip(&state.loads).enumerate() {
+            *spin += load.torque * (state.light.at(slot).inertia * span);
         }
     }
 }
@@ -212,7 +217,7 @@ pub fn damp(setting: &Setting<'_>, state: &mut State, first: bool) -> f64 {
     };
     let mut power = 0.0;
     for slot in 0..state.balls.len() {
-        let (ball, light) = (&state.balls[slot], state.light[slot]);
+        let (ball, light) = (&state.balls[slot], state.light.at(slot));
         if !ball.alone {
             continue;
         }

@@ -16,13 +16,14 @@
 //! The skin follows the motion: see [`next_skin`].
 //! In a periodic box bodies are brought home first, each sphere also looks from its images near
 //! the other side, and a pair is listed at its nearest image only.
-//! Tangential springs go over to the new lists by the spheres' numbers.
-//! O(N log N) time, O(N) memory. Cannot fail: positions that are not finite
+//! Tangential springs go over to the new lists by the slots that spheres had before.
+//! O(N log N) time, O(N) memory; beside bodies and new lists there are only the touching entries
+//! of the old ones. Cannot fail: positions that are not finite
 //! land in some cell and are caught by the guard.
 
-use super::law::{Book, Record};
+use super::law::Book;
 use super::setting::{FIRST_SKIN, MOST_SKIN, Setting};
-use super::state::{Ball, List, State};
+use super::state::{Ball, List, Load, State};
 use super::surface;
 use crate::geometry::Cell;
 use crate::model::Scheme;
@@ -37,7 +38,6 @@ const WIDE: usize = 8;
 /// Builds all lists anew.
 pub fn rebuild(setting: &Setting<'_>, state: &mut State) {
     let time = setting.pass_time(state.step);
-    let memory = Memory::of(state);
     if state.rebuilds > 0 {
         state.skin = next_skin(setting, state);
     }
@@ -45,13 +45,28 @@ pub fn rebuild(setting: &Setting<'_>, state: &mut State) {
         bring_home(setting, state, cell);
     }
     state.sweep = sweep(setting, state);
+    // What the next pass sets anew makes room for two lists at a time.
+    state.built = Vec::new();
+    let spheres = state.balls.len();
+    if setting.scheme != Scheme::PathAveraged {
+        state.loads = Vec::new();
+    }
     let grid = Grid::new(&state.balls, &state.order, state.skin);
+    let Grid { from, .. } = &grid;
     permute(state, &grid);
-    // What touches is in `memory`: the old lists go before the new ones come.
-    (state.pairs, state.planes, state.faces) = Default::default();
-    state.pairs = pairs(setting, state, &grid, &memory.pairs);
-    state.planes = planes(setting, state, time, &memory.planes);
-    state.faces = faces(setting, state, time, &memory.faces);
+    let old = [&mut state.pairs, &mut state.planes, &mut state.faces].map(std::mem::take);
+    let [pairs_before, planes_before, faces_before] = old.map(List::touching);
+    let (start, partner) = pairs(setting, state, &grid);
+    let book = remember_pairs(setting, pairs_before, (&start, &partner), from);
+    state.pairs = List { start, partner, book };
+    let (start, partner) = planes(setting, state, time);
+    let book = remember(setting, planes_before, (&start, &partner), from);
+    state.planes = List { start, partner, book };
+    let (start, partner) = faces(setting, state, time);
+    let book = remember(setting, faces_before, (&start, &partner), from);
+    state.faces = List { start, partner, book };
+    drop(grid);
+    state.loads.resize(spheres, Load::default());
     state.built = state.balls.iter().map(|ball| ball.place).collect();
     state.built_at = state.step;
     state.rebuilds += 1;
@@ -114,36 +129,40 @@ fn sweep(setting: &Setting<'_>, state: &State) -> f64 {
     if far.is_finite() { far.min(most) } else { 0.0 }
 }
 
-/// Touching contacts by the spheres' numbers in the model.
-struct Memory {
-    pairs: Vec<(u64, Record)>,
-    planes: Vec<(u64, Record)>,
-    faces: Vec<(u64, Record)>,
-}
-
-impl Memory {
-    fn of(state: &State) -> Self {
-        let gather = |list: &List, key: &dyn Fn(u32, u32) -> (u64, bool)| {
-            let mut kept = Vec::new();
-            for (slot, number) in
-                state.order.iter().enumerate().take(list.start.len().saturating_sub(1))
-            {
-                for k in list.start[slot] as usize..list.start[slot + 1] as usize {
-                    if list.book.touching[k] {
-                        let (name, turned) = key(*number, list.partner[k]);
-                        let record = list.book.record(k);
-                        kept.push((name, if turned { record.reversed() } else { record }));
-                    }
-                }
+impl List {
+    /// The touching entries only.
+    fn touching(mut self) -> Self {
+        fn keep<T: Copy>(values: &mut Vec<T>, touching: &[bool]) {
+            if !values.is_empty() {
+                let mut kept = touching.iter();
+                values.retain(|_| kept.next().is_some_and(|touching| *touching));
+                values.shrink_to_fit();
             }
-            kept.sort_unstable_by_key(|entry| entry.0);
-            kept
-        };
-        Self {
-            pairs: gather(&state.pairs, &|number, slot| name(number, state.order[slot as usize])),
-            planes: gather(&state.planes, &|number, plane| (join(number, plane), false)),
-            faces: gather(&state.faces, &|number, face| (join(number, face), false)),
         }
+        let mut left = 0;
+        let mut from = 0;
+        for start in &mut self.start {
+            let to = *start as usize;
+            left += self.book.touching[from..to].iter().filter(|touching| **touching).count();
+            (from, *start) = (to, left as u32);
+        }
+        let touching = std::mem::take(&mut self.book.touching);
+        keep(&mut self.partner, &touching);
+        keep(&mut self.book.spring, &touching);
+        keep(&mut self.book.lag, &touching);
+        keep(&mut self.book.power, &touching);
+        keep(&mut self.book.normal, &touching);
+        keep(&mut self.book.pull, &touching);
+        self
+    }
+
+    /// Entry of `slot` with `partner`.
+    fn find(&self, slot: u32, partner: u32) -> Option<usize> {
+        let slot = slot as usize;
+        // There are no lists yet at the first build.
+        let from = *self.start.get(slot)? as usize;
+        let entries = &self.partner[from..self.start[slot + 1] as usize];
+        entries.iter().position(|entry| *entry == partner).map(|at| from + at)
     }
 }
 
@@ -151,13 +170,79 @@ fn join(a: u32, b: u32) -> u64 {
     u64::from(a) << 32 | u64::from(b)
 }
 
-/// Name of a pair, and whether it was given the other way round.
-fn name(a: u32, b: u32) -> (u64, bool) {
-    if a <= b { (join(a, b), false) } else { (join(b, a), true) }
+/// Nothing is remembered of an entry.
+const NEW: u32 = u32::MAX;
+/// What is remembered is seen from the other side.
+const TURNED: u32 = 1 << 31;
+
+/// What sphere–sphere contacts remember, by the slots `before` the build of each slot. A list
+/// holds a pair at the sphere that comes first.
+fn remember_pairs(
+    setting: &Setting<'_>,
+    old: List,
+    (start, partner): (&[u32], &[u32]),
+    before: &[u32],
+) -> Book {
+    let place = |slot: usize, other: u32| {
+        let (one, other) = (before[slot], before[other as usize]);
+        if one < other {
+            old.find(one, other).map(|at| at as u32)
+        } else {
+            old.find(other, one).map(|at| at as u32 | TURNED)
+        }
+    };
+    let places = places(start, partner, place);
+    carry(setting, old.book, &places)
 }
 
-fn recall(memory: &[(u64, Record)], name: u64) -> Option<Record> {
-    memory.binary_search_by_key(&name, |entry| entry.0).ok().map(|at| memory[at].1)
+/// The same of contacts with walls, whose partners keep their numbers.
+fn remember(
+    setting: &Setting<'_>,
+    old: List,
+    (start, partner): (&[u32], &[u32]),
+    before: &[u32],
+) -> Book {
+    let places =
+        places(start, partner, |slot, wall| old.find(before[slot], wall).map(|at| at as u32));
+    carry(setting, old.book, &places)
+}
+
+/// For each entry of a list its `place` in what is remembered.
+fn places(start: &[u32], partner: &[u32], place: impl Fn(usize, u32) -> Option<u32>) -> Vec<u32> {
+    let mut places = Vec::with_capacity(partner.len());
+    for (slot, range) in start.windows(2).enumerate() {
+        let entries = &partner[range[0] as usize..range[1] as usize];
+        places.extend(entries.iter().map(|other| place(slot, *other).unwrap_or(NEW)));
+    }
+    places
+}
+
+/// A book of `old` entries at new places. One array after the other, so that few are there twice.
+fn carry(setting: &Setting<'_>, old: Book, places: &[u32]) -> Book {
+    fn moved<T: Copy>(
+        (wanted, old): (bool, Vec<T>),
+        places: &[u32],
+        none: T,
+        turn: impl Fn(T) -> T,
+    ) -> Vec<T> {
+        let of = |place: &u32| match *place {
+            NEW => none,
+            place if place & TURNED != 0 => turn(old[(place & !TURNED) as usize]),
+            place => old[place as usize],
+        };
+        let wanted = if wanted { places } else { &[] };
+        wanted.iter().map(of).collect()
+    }
+    let (kept, zero) = (setting.kept, Vec3::zeros());
+    let Book { spring, lag, power, normal, pull, .. } = old;
+    Book {
+        touching: places.iter().map(|place| *place != NEW).collect(),
+        spring: moved((kept.friction, spring), places, zero, |v| -v),
+        lag: moved((kept.damping, lag), places, 0.0, |lag| lag),
+        power: moved((kept.friction && kept.damping, power), places, 0.0, |power| power),
+        normal: moved((kept.friction && kept.normals, normal), places, zero, |v| -v),
+        pull: moved((kept.friction && kept.pulls, pull), places, zero, |v| -v),
+    }
 }
 
 /// One level of the grid.
@@ -312,14 +397,17 @@ fn permute(state: &mut State, grid: &Grid) {
     pick(&mut state.balls, &grid.from);
     pick(&mut state.spins, &grid.from);
     pick(&mut state.loads, &grid.from);
-    pick(&mut state.light, &grid.from);
+    if state.light.0.len() > 1 {
+        pick(&mut state.light.0, &grid.from);
+    }
     pick(&mut state.order, &grid.from);
     for (slot, number) in state.order.iter().enumerate() {
         state.slot[*number as usize] = slot as u32;
     }
 }
 
-fn pairs(setting: &Setting<'_>, state: &State, grid: &Grid, memory: &[(u64, Record)]) -> List {
+/// Where the pairs of each sphere begin, and their second spheres.
+fn pairs(setting: &Setting<'_>, state: &State, grid: &Grid) -> (Vec<u32>, Vec<u32>) {
     let balls = &state.balls;
     let skin = state.skin + 2.0 * state.sweep;
     let mut start = Vec::with_capacity(balls.len() + 1);
@@ -351,19 +439,8 @@ fn pairs(setting: &Setting<'_>, state: &State, grid: &Grid, memory: &[(u64, Reco
         }
         start.push(partner.len() as u32);
     }
-    let mut book = Book::open(partner.len(), setting.kept);
-    if !memory.is_empty() {
-        for slot in 0..balls.len() {
-            let (from, to) = (start[slot] as usize, start[slot + 1] as usize);
-            for (k, other) in (from..to).zip(&partner[from..to]) {
-                let (name, turned) = name(state.order[slot], state.order[*other as usize]);
-                if let Some(record) = recall(memory, name) {
-                    book.restore(k, if turned { record.reversed() } else { record });
-                }
-            }
-        }
-    }
-    List { start, partner, book }
+    partner.shrink_to_fit();
+    (start, partner)
 }
 
 /// How far outside the box an image can lie that a sphere may touch, m.
@@ -419,10 +496,10 @@ fn from_images(
     });
 }
 
-fn planes(setting: &Setting<'_>, state: &State, time: f64, memory: &[(u64, Record)]) -> List {
+fn planes(setting: &Setting<'_>, state: &State, time: f64) -> (Vec<u32>, Vec<u32>) {
     let now = setting.planes_at(time);
     let skin = state.skin + 2.0 * state.sweep;
-    listed(setting, state, memory, |ball, found| {
+    listed(state, |ball, found| {
         for (index, plane) in now.iter().enumerate() {
             let distance = (ball.place - plane.point).dot(&plane.normal).abs();
             if distance < ball.radius + skin {
@@ -432,17 +509,17 @@ fn planes(setting: &Setting<'_>, state: &State, time: f64, memory: &[(u64, Recor
     })
 }
 
-fn faces(setting: &Setting<'_>, state: &State, time: f64, memory: &[(u64, Record)]) -> List {
+fn faces(setting: &Setting<'_>, state: &State, time: f64) -> (Vec<u32>, Vec<u32>) {
     let count = setting.surfaces.start.len();
     if count == 0 {
-        return List { start: vec![0; state.balls.len() + 1], ..List::default() };
+        return (vec![0; state.balls.len() + 1], Vec::new());
     }
     let mut now = Vec::new();
     faces_at(setting, time, &mut now);
     let largest = state.balls.iter().map(|ball| ball.radius).fold(0.0, f64::max);
     let skin = state.skin + 2.0 * state.sweep;
     let bins = Bins::new(&now, 2.0 * largest + skin, count + state.balls.len());
-    listed(setting, state, memory, |ball, found| {
+    listed(state, |ball, found| {
         let range = ball.radius + skin;
         bins.near(&ball.place, range, found);
         found.retain(|face| {
@@ -470,31 +547,18 @@ pub fn faces_at(setting: &Setting<'_>, time: f64, faces: &mut Vec<[Vec3; 3]>) {
     }));
 }
 
-/// A list of what `find` finds for each ball, with remembered contacts.
-fn listed(
-    setting: &Setting<'_>,
-    state: &State,
-    memory: &[(u64, Record)],
-    find: impl Fn(&Ball, &mut Vec<u32>),
-) -> List {
-    let mut start = vec![0];
+/// A list of what `find` finds for each ball: where its entries begin, and all of them.
+fn listed(state: &State, find: impl Fn(&Ball, &mut Vec<u32>)) -> (Vec<u32>, Vec<u32>) {
+    let mut start = Vec::with_capacity(state.balls.len() + 1);
     let (mut partner, mut found) = (Vec::new(), Vec::new());
+    start.push(0);
     for ball in &state.balls {
         found.clear();
         find(ball, &mut found);
         partner.extend_from_slice(&found);
         start.push(partner.len() as u32);
     }
-    let mut book = Book::open(partner.len(), setting.kept);
-    for (slot, number) in state.order.iter().enumerate() {
-        let (from, to) = (start[slot] as usize, start[slot + 1] as usize);
-        for (k, other) in (from..to).zip(&partner[from..to]) {
-            if let Some(record) = recall(memory, join(*number, *other)) {
-                book.restore(k, record);
-            }
-        }
-    }
-    List { start, partner, book }
+    (start, partner)
 }
 
 /// Triangles sorted into cells by their bounding boxes.
@@ -582,7 +646,8 @@ mod tests {
         for slot in 0..state.balls.len() {
             for k in state.pairs.start[slot]..state.pairs.start[slot + 1] {
                 let other = state.pairs.partner[k as usize];
-                listed.push(name(state.order[slot], state.order[other as usize]).0);
+                let (one, other) = (state.order[slot], state.order[other as usize]);
+                listed.push(join(one.min(other), one.max(other)));
             }
         }
         listed.sort_unstable();
@@ -611,9 +676,22 @@ mod tests {
             *touching = true;
             state.pairs.book.spring[k] = Vec3::new(k as f64 + 1.0, 0.5, -1.0);
         }
+        // By the spheres' numbers, seen from the lower one.
         let named = |state: &State| {
-            let memory = Memory::of(state);
-            memory.pairs.iter().map(|(key, record)| (*key, record.spring)).collect::<Vec<_>>()
+            let mut named = Vec::new();
+            for slot in 0..state.balls.len() {
+                for k in state.pairs.start[slot] as usize..state.pairs.start[slot + 1] as usize {
+                    let other = state.pairs.partner[k] as usize;
+                    let (one, other) = (state.order[slot], state.order[other]);
+                    let spring = state.pairs.book.spring[k];
+                    if state.pairs.book.touching[k] {
+                        let spring = if one < other { spring } else { -spring };
+                        named.push((join(one.min(other), one.max(other)), spring));
+                    }
+                }
+            }
+            named.sort_unstable_by_key(|entry| entry.0);
+            named
         };
         let before = named(&state);
         let shift = Vec3::new(3e-3, -2e-3, 1e-3);

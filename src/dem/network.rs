@@ -23,23 +23,27 @@
 //!   Appl. 13, 1094, theorem 4.2); k is chosen for ε = 0.09 and 10⁻⁹, so 42 to 50 steps, and
 //!   θ/0.91 is used: 0.95 of the limit, 0.9 where dashpots rule. Exact for small networks.
 //!
-//! Cost: trace O(contacts), about one force pass; block O(contacts + bodies) with a 6 × 6
-//! eigenvalue problem a body; Lanczos about 45 passes. Later stages run only where the
-//! earlier cannot clear the step that is asked about.
+//! Cost: trace O(contacts), about half a force pass for equal spheres, where it counts contacts
+//! only; block O(contacts + bodies) with a 6 × 6 eigenvalue problem for bodies that
+//! (Σ λ⁸)^⅛ ≥ λ does not show to be below the largest so far; Lanczos about 45 passes. Later
+//! stages run only where, and for the bodies that, the earlier cannot clear.
 
 use super::bond_limit;
 use super::neighbours;
 use super::servo;
 use super::setting::Setting;
-use super::state::{State, is_alone};
+use super::state::{Ball, List, State, is_alone};
 use super::surface;
 use crate::model::{Body, Contact, Scheme};
 use crate::num::random;
 use crate::num::{Rotation, Vec3};
 use nalgebra::{DMatrix, Matrix6, SymmetricEigen, Vector6};
+use std::cell::Cell;
 
-/// Bodies whose blocks are held at a time.
-const CHUNK: usize = 1 << 17;
+/// Bodies whose blocks are held at a time (288 bytes each).
+const CHUNK: usize = 1 << 15;
+/// More than rounding makes of a distance or a trace, relative.
+const ROUNDING: f64 = 1e-9;
 /// Relative error of the largest eigenvalue allowed for in Lanczos' method.
 const MISSED: f64 = 0.09;
 /// Probability of a larger one.
@@ -227,7 +231,7 @@ impl<'a> Network<'a> {
     /// bounds need not be sharp.
     pub fn limit(&self, enough: f64) -> Option<Bound> {
         let delay = self.delay()?;
-        let worst = std::cell::Cell::new(0);
+        let worst = Cell::new(0);
         let block = self.stepping.largest(delay, |step| {
             let (top, body) = self.block(step, f64::INFINITY);
             worst.set(body);
@@ -253,13 +257,19 @@ impl<'a> Network<'a> {
 
     /// The contact with the largest overlap over the smaller radius; its bodies.
     pub fn deepest(&self) -> Option<Deepest> {
-        let mut worst: Option<Deepest> = None;
-        each_link(self.setting, self.state, self.time, |link| {
-            if worst.is_none_or(|worst| link.depth > worst.depth) {
-                worst = Some(Deepest { bodies: link.bodies, depth: link.depth });
+        let worst: Cell<Option<Deepest>> = Cell::new(None);
+        // Farther apart than this, two spheres are not deeper than the deepest so far.
+        let reach = |one: &Ball, other: &Ball| {
+            let smaller = one.radius.min(other.radius);
+            let depth = worst.get().map_or(0.0, |worst| worst.depth);
+            (one.radius + other.radius) * (1.0 + ROUNDING) - smaller * depth
+        };
+        each_link(self.setting, self.state, self.time, reach, |link| {
+            if worst.get().is_none_or(|worst| link.depth > worst.depth) {
+                worst.set(Some(Deepest { bodies: link.bodies, depth: link.depth }));
             }
         });
-        worst
+        worst.into_inner()
     }
 
     /// Largest c/k of a strand, s; `None` without contacts.
@@ -283,8 +293,88 @@ impl<'a> Network<'a> {
     /// body. Blocks that the trace shows to be below `enough` are passed over (0 if all are).
     fn block(&self, step: f64, enough: f64) -> (f64, u32) {
         let count = self.setting.model.bodies.len();
-        let mut traces = vec![0.0; count];
-        each_link(self.setting, self.state, self.time, |link| {
+        let traces = self.traces(step);
+        let all = enough.is_infinite();
+        let wanted: Vec<u32> = (0..count as u32)
+            .filter(|body| {
+                let trace = traces[*body as usize];
+                trace > 0.0 && (all || trace > enough)
+            })
+            .collect();
+        drop(traces);
+        let mut best = (0.0, wanted.first().copied().unwrap_or(0));
+        // Place of each body in its chunk.
+        let mut place = vec![u32::MAX; if wanted.is_empty() { 0 } else { count }];
+        for chunk in wanted.chunks(CHUNK) {
+            let numbered = || chunk.iter().zip(0..);
+            numbered().for_each(|(body, at)| place[*body as usize] = at);
+            for (body, block) in chunk.iter().zip(self.blocks(step, &place, chunk.len())) {
+                if not_above(&block, best.0) {
+                    continue;
+                }
+                let top = SymmetricEigen::new(block).eigenvalues.max();
+                if top > best.0 {
+                    best = (top, *body);
+                }
+            }
+            numbered().for_each(|(body, _)| place[*body as usize] = u32::MAX);
+        }
+        best
+    }
+
+    /// The blocks of the bodies that have a `place`, at the effective stiffness of `step`.
+    fn blocks(&self, step: f64, place: &[u32], count: usize) -> Vec<Matrix6<f64>> {
+        let mut blocks = vec![Matrix6::zeros(); count];
+        each_link(self.setting, self.state, self.time, touching, |link| {
+            let at = [Some(link.bodies.0), link.bodies.1]
+                .map(|body| body.map_or(u32::MAX, |body| place[body as usize]));
+            if at == [u32::MAX; 2] || link.normal == Vec3::zeros() {
+                return;
+            }
+            for strand in &self.strands(&link) {
+                let k = self.stepping.effective(strand, step);
+                let parts = at.into_iter().zip([strand.mine, strand.other]);
+                for ((at, part), weight) in parts.zip(weights(strand)) {
+                    if at != u32::MAX {
+                        blocks[at as usize] += part * part.transpose() * (k * weight);
+                    }
+                }
+            }
+        });
+        self.each_bond(|body, strand| {
+            let at = place[body as usize];
+            if at != u32::MAX {
+                let k = self.stepping.effective(strand, step);
+                blocks[at as usize] += strand.mine * strand.mine.transpose() * k;
+            }
+        });
+        blocks
+    }
+
+    /// Upper bounds of the traces of all blocks at the effective stiffness of `step`.
+    fn traces(&self, step: f64) -> Vec<f64> {
+        let mut traces = vec![0.0; self.setting.model.bodies.len()];
+        let equal = self.alike_trace(step);
+        if let Some((part, radius)) = equal {
+            let (setting, state) = (self.setting, self.state);
+            let square = (2.0 * radius * (1.0 + ROUNDING)).powi(2);
+            for (slot, ball) in state.balls.iter().enumerate() {
+                let mut own = 0.0;
+                for other in partners(&state.pairs, slot) {
+                    let other = &state.balls[*other as usize];
+                    if setting.way(ball.place - other.place).norm_squared() <= square {
+                        traces[other.body as usize] += part;
+                        own += part;
+                    }
+                }
+                traces[ball.body as usize] += own;
+            }
+        }
+        let reach = |one: &Ball, other: &Ball| match equal {
+            Some(_) => 0.0,
+            None => touching(one, other),
+        };
+        each_link(self.setting, self.state, self.time, reach, |link| {
             if link.normal == Vec3::zeros() {
                 return;
             }
@@ -298,45 +388,24 @@ impl<'a> Network<'a> {
             let k = self.stepping.effective(strand, step);
             traces[body as usize] += k * strand.mine.norm_squared();
         });
-        let all = enough.is_infinite();
-        let wanted: Vec<u32> = (0..count as u32)
-            .filter(|body| {
-                let trace = traces[*body as usize];
-                trace > 0.0 && (all || trace > enough)
-            })
-            .collect();
-        let mut best = (0.0, wanted.first().copied().unwrap_or(0));
-        for chunk in wanted.chunks(CHUNK) {
-            let mut blocks = vec![Matrix6::zeros(); chunk.len()];
-            self.each(|link, strands| {
-                let mut add = |body: u32, second: bool| {
-                    let Ok(at) = chunk.binary_search(&body) else { return };
-                    for strand in strands {
-                        let k = self.stepping.effective(strand, step);
-                        let part = if second { strand.other } else { strand.mine };
-                        blocks[at] +=
-                            part * part.transpose() * (k * weights(strand)[usize::from(second)]);
-                    }
-                };
-                add(link.bodies.0, false);
-                if let Some(other) = link.bodies.1 {
-                    add(other, true);
-                }
-            });
-            self.each_bond(|body, strand| {
-                if let Ok(at) = chunk.binary_search(&body) {
-                    let k = self.stepping.effective(strand, step);
-                    blocks[at] += strand.mine * strand.mine.transpose() * k;
-                }
-            });
-            for (body, block) in chunk.iter().zip(blocks) {
-                let top = SymmetricEigen::new(block).eigenvalues.max();
-                if top > best.0 {
-                    best = (top, *body);
-                }
-            }
-        }
-        best
+        traces
+    }
+
+    /// What any contact of two spheres adds to their traces at most, and their radius, m; where all
+    /// are alike and bodies by themselves.
+    fn alike_trace(&self, step: f64) -> Option<(f64, f64)> {
+        let setting = self.setting;
+        let (_, radius) = setting.alike.filter(|_| setting.equal_bodies)?;
+        let material = setting.model.bodies.first()?.material;
+        let link = Link {
+            bodies: (0, Some(0)),
+            normal: Vec3::x(),
+            arms: [-Vec3::x() * radius, Vec3::x() * radius],
+            law: setting.stiff_pair(material, material),
+            depth: 0.0,
+            stiffer: 1.0,
+        };
+        self.round_trace(&link, step).map(|parts| (parts[0] * (1.0 + ROUNDING), radius))
     }
 
     /// What a contact adds to the traces of its bodies.
@@ -405,7 +474,7 @@ impl<'a> Network<'a> {
 
     /// Calls `visit` for every contact.
     fn each(&self, mut visit: impl FnMut(&Link<'_>, &[Strand; 3])) {
-        each_link(self.setting, self.state, self.time, |link| {
+        each_link(self.setting, self.state, self.time, touching, |link| {
             if link.normal != Vec3::zeros() {
                 visit(&link, &self.strands(&link));
             }
@@ -518,11 +587,34 @@ fn turn_of(setting: &Setting<'_>, state: &State, body: u32) -> Rotation {
         .map_or(setting.model.bodies[body as usize].orientation, |at| state.solids[at].turn)
 }
 
+/// Distance of two centres below which each of them may touch the other, m.
+fn touching(one: &Ball, other: &Ball) -> f64 {
+    (one.radius + other.radius) * (1.0 + ROUNDING)
+}
+
+/// Partners of a sphere in a list.
+fn partners(list: &List, slot: usize) -> &[u32] {
+    &list.partner[list.start[slot] as usize..list.start[slot + 1] as usize]
+}
+
+/// Whether all eigenvalues λ ≥ 0 of `block` are known to be at most `best`, from
+/// λ⁸ ≤ Σ λ⁸ = |B⁴|², |·| the root of the sum of squares. False where numbers are not finite.
+fn not_above(block: &Matrix6<f64>, best: f64) -> bool {
+    if best <= 0.0 {
+        return false;
+    }
+    let scaled = block / best;
+    let square = scaled * scaled;
+    (square * square).norm_squared() <= 1.0 - ROUNDING
+}
+
 /// Calls `visit` for every contact of the lists; the normal is 0 where centres coincide.
+/// Spheres farther apart than `reach` are passed over.
 fn each_link<'a>(
     setting: &'a Setting<'_>,
     state: &State,
     time: f64,
+    reach: impl Fn(&Ball, &Ball) -> f64,
     mut visit: impl FnMut(Link<'a>),
 ) {
     let centre = |slot: usize| {
@@ -535,16 +627,19 @@ fn each_link<'a>(
             .binary_search_by_key(&ball.body, |solid| solid.body)
             .map_or(ball.place, |at| state.solids[at].place)
     };
-    let entries = |list: &super::state::List, slot: usize| {
-        list.start[slot] as usize..list.start[slot + 1] as usize
-    };
+    let entries =
+        |list: &List, slot: usize| list.start[slot] as usize..list.start[slot + 1] as usize;
     let planes = setting.planes_at(time);
     for (slot, ball) in state.balls.iter().enumerate() {
         for k in entries(&state.pairs, slot) {
             let there = state.pairs.partner[k] as usize;
             let other = &state.balls[there];
             let between = setting.way(ball.place - other.place);
-            let distance = between.norm();
+            let (square, reach) = (between.norm_squared(), reach(ball, other));
+            if square > reach * reach {
+                continue;
+            }
+            let distance = square.sqrt();
             let overlap = ball.radius + other.radius - distance;
             if overlap.is_nan() || overlap < -1e-12 * ball.radius {
                 continue;

@@ -27,7 +27,7 @@ pub fn pushes(setting: &Setting<'_>, state: &State) -> Vec<Push> {
             first: state.order[slot],
             second: Some(state.order[other]),
             point: a.place - unit * (a.radius - 0.5 * overlap),
-            force: unit * size(law, overlap, record.lag[0]) - record.spring * law.kt,
+            force: unit * size(law, overlap, record.lag) - record.spring * law.kt,
         });
     });
     let time = state.step as f64 * setting.step;
@@ -42,7 +42,7 @@ pub fn pushes(setting: &Setting<'_>, state: &State) -> Vec<Push> {
             first: state.order[slot],
             second: None,
             point: ball.place - plane.normal * height,
-            force: unit * size(law, ball.radius - height.abs(), record.lag[0])
+            force: unit * size(law, ball.radius - height.abs(), record.lag)
                 - record.spring * law.kt,
         });
     });
@@ -60,7 +60,7 @@ pub fn pushes(setting: &Setting<'_>, state: &State) -> Vec<Push> {
             first: state.order[slot],
             second: None,
             point,
-            force: unit * size(law, ball.radius - distance, record.lag[0]) - record.spring * law.kt,
+            force: unit * size(law, ball.radius - distance, record.lag) - record.spring * law.kt,
         });
     });
     let finite = |push: &Push| push.force.iter().chain(&push.point).all(|x| x.is_finite());

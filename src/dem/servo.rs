@@ -136,7 +136,7 @@ impl Sum {
         let (law, along) = (hold.law, hold.normal.dot(direction));
         let kt = if law.friction > 0.0 { law.kt } else { 0.0 };
         let spring = law.kn * hold.overlap;
-        let damped = hold.record.lag[0];
+        let damped = hold.record.lag;
         self.springs += spring * along - law.kt * hold.record.spring.dot(direction);
         // Of path-averaged contacts the whole normal force is kept.
         self.dashpots += if averaged { damped - spring } else { damped } * along;

@@ -4,8 +4,11 @@ use super::bond;
 use super::extra::{self, Fixed};
 use super::law::Kept;
 use super::servo::{Servo, WallNow};
+use super::state::is_alone;
 use super::surface::Surfaces;
-use crate::model::{Contact, Dimension, History, Law, Model, Motion, Needs, Scheme, WallShape};
+use crate::model::{
+    Body, Contact, Dimension, History, Law, Model, Motion, Needs, Scheme, WallShape,
+};
 use crate::num::{Rotation, Vec3};
 
 /// Fixed data of a run.
@@ -48,6 +51,8 @@ pub struct Setting<'a> {
     pub extra: Fixed,
     /// Parameters between spheres and their radius, if all are alike.
     pub alike: Option<(Contact, f64)>,
+    /// Whether all bodies are single spheres (see [`is_alone`]) of the same mass and inertia.
+    pub equal_bodies: bool,
     table: Vec<Contact>,
     stiff: Vec<Contact>,
     materials: usize,
@@ -115,9 +120,11 @@ impl<'a> Setting<'a> {
             extra: Fixed::new(model),
             stiff: extra::stiffened(model),
             alike: alike(model),
+            equal_bodies: false,
             table,
             materials,
         };
+        setting.equal_bodies = equal_bodies(&setting);
         setting.bonds = bond::Table::new(&setting);
         setting
     }
@@ -272,6 +279,12 @@ fn alike(model: &Model) -> Option<(Contact, f64)> {
     let same = model.bodies.iter().all(|body| body.material == material)
         && model.spheres.iter().all(|sphere| sphere.radius == radius);
     same.then(|| (*model.contacts.between(material, material), radius))
+}
+
+fn equal_bodies(setting: &Setting<'_>) -> bool {
+    let bodies = &setting.model.bodies;
+    let same = |body: &Body| (body.mass, body.inertia.z) == (bodies[0].mass, bodies[0].inertia.z);
+    (0..bodies.len()).all(|index| same(&bodies[index]) && is_alone(setting, index))
 }
 
 /// Angular velocity of a wall, rad/s.

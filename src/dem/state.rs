@@ -9,7 +9,7 @@ use super::lost::Leavers;
 use super::servo::Servo;
 use super::setting::Setting;
 use super::turn;
-use crate::model::{BodyState, Frame, Scheme};
+use crate::model::{Body, BodyState, Frame, Scheme};
 use crate::num::{Rotation, Vec3};
 use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
@@ -71,6 +71,35 @@ pub struct Lightness {
     pub inertia: f64,
 }
 
+/// Inverse mass properties of all balls: one entry where all bodies are equal, else one a ball.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Lights(pub Vec<Lightness>);
+
+impl Lights {
+    /// Those of `balls`.
+    fn of(setting: &Setting<'_>, balls: &[Ball]) -> Self {
+        let different = if setting.equal_bodies { balls.len().min(1) } else { balls.len() };
+        let of = |ball: &Ball| match ball.alone {
+            true => Lightness::of(&setting.model.bodies[ball.body as usize]),
+            false => Lightness { mass: 0.0, inertia: 0.0 },
+        };
+        Self(balls[..different].iter().map(of).collect())
+    }
+
+    /// Those of the ball in `slot`.
+    #[inline(always)]
+    pub fn at(&self, slot: usize) -> Lightness {
+        self.0[slot.min(self.0.len() - 1)]
+    }
+}
+
+impl Lightness {
+    /// Of a body of one sphere.
+    fn of(body: &Body) -> Self {
+        Self { mass: 1.0 / body.mass, inertia: 1.0 / body.inertia.z }
+    }
+}
+
 /// A body of several spheres, or with mass properties of its own.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Solid {
@@ -114,7 +143,7 @@ pub struct State {
     /// Contact loads on the balls.
     pub loads: Vec<Load>,
     /// Inverse mass properties of the balls.
-    pub light: Vec<Lightness>,
+    pub light: Lights,
     /// Index into `Model::spheres` of each slot.
     pub order: Vec<u32>,
     /// Slot of each sphere of the model.
@@ -158,9 +187,9 @@ impl State {
         let mut state = Self {
             step: 0,
             balls: Vec::with_capacity(count),
-            spins: Vec::new(),
+            spins: Vec::with_capacity(if setting.needs.rotation { count } else { 0 }),
             loads: vec![Load::default(); count],
-            light: Vec::with_capacity(count),
+            light: Lights(Vec::new()),
             order: (0..count as u32).collect(),
             slot: (0..count as u32).collect(),
             solids: Vec::new(),
@@ -198,10 +227,6 @@ impl State {
                     alone,
                     spare: 0,
                 });
-                state.light.push(Lightness {
-                    mass: if alone { 1.0 / body.mass } else { 0.0 },
-                    inertia: if alone { 1.0 / body.inertia.z } else { 0.0 },
-                });
                 if setting.needs.rotation {
                     state.spins.push(body.spin);
                 }
@@ -218,10 +243,29 @@ impl State {
                 });
             }
         }
+        state.light = Lights::of(setting, &state.balls);
         for index in 0..state.solids.len() {
             state.carry_members(setting, index);
         }
         state
+    }
+
+    /// Takes sizes and masses that the model has now, and counts time and energy from zero:
+    /// places, velocities, spins and contact memories stay.
+    pub fn begin_again(&mut self, setting: &Setting<'_>) {
+        let model = setting.model;
+        (self.step, self.built_at, self.rebuilds) = (0, 0, 0);
+        self.ledger = Ledger::default();
+        for (sphere, &slot) in model.spheres.iter().zip(&self.slot) {
+            self.balls[slot as usize].radius = sphere.radius;
+        }
+        self.light = Lights::of(setting, &self.balls);
+        for index in 0..self.solids.len() {
+            let solid = &mut self.solids[index];
+            let inertia = &model.bodies[solid.body as usize].inertia;
+            solid.momentum = turn::momentum(&solid.turn, inertia, &solid.spin);
+            self.carry_members(setting, index);
+        }
     }
 
     /// Moves the balls of a solid with it.
@@ -291,6 +335,23 @@ impl State {
             };
         }
         states
+    }
+
+    /// Place and velocity of every body, in the model's order.
+    pub fn paths<'a>(
+        &'a self,
+        setting: &'a Setting<'_>,
+    ) -> impl Iterator<Item = (Vec3, Vec3)> + 'a {
+        let mut solids = self.solids.iter().peekable();
+        setting.model.bodies.iter().zip(0u32..).map(move |(body, index)| {
+            match solids.next_if(|solid| solid.body == index) {
+                Some(solid) => (solid.place, solid.velocity),
+                None => {
+                    let ball = &self.balls[self.slot[body.first_sphere as usize] as usize];
+                    (ball.place, ball.velocity)
+                }
+            }
+        })
     }
 
     /// A snapshot in the model's order.

@@ -331,11 +331,12 @@ fn memory_stays_below_400_bytes_a_sphere() {
             + list.start.capacity() * 4
             + list.book.touching.len()
             + (list.book.spring.len() + list.book.normal.len() + list.book.pull.len()) * 24
-            + list.book.lag.len() * 16
+            + list.book.lag.len() * 8
+            + list.book.power.len() * 4
     };
     let spheres = state.balls.capacity() * size_of::<crate::dem::state::Ball>()
         + state.loads.capacity() * size_of::<crate::dem::state::Load>()
-        + state.light.capacity() * size_of::<crate::dem::state::Lightness>()
+        + state.light.0.capacity() * size_of::<crate::dem::state::Lightness>()
         + (state.spins.capacity() + state.built.capacity()) * 24
         + (state.order.capacity() + state.slot.capacity()) * 4;
     let lists = list(&state.pairs) + list(&state.planes) + list(&state.faces);

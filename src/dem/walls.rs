@@ -204,6 +204,7 @@ pub fn hand_over<const DAMPING: bool>(
         }
         if DAMPING {
             book.lag[base + at] = book.lag[base + donor];
+            book.power[base + at] = book.power[base + donor];
         }
         if let Some(pull) = book.pull.get(base + donor).copied() {
             book.pull[base + at] = pull;

@@ -164,13 +164,7 @@ impl ControlPoints {
         job: &Job,
     ) -> Result<Laid, Fault> {
         let dimension = region.dimension();
-        let solids = grains.iter().any(|grain| grain.solid.is_some());
-        if dimension == 2 && self.test == Test::Solid && solids {
-            let problem = "is `solid` in two dimensions, where true shapes are the discs of clumps";
-            return Err(Fault::new("control_points.test", problem, "`clump`"));
-        }
-        let forms = Forms::new(grains, self.test, dimension);
-        forms.fit(grains, region)?;
+        let forms = Forms::fitting(grains, self.test, region, "control_points")?;
         if grains.is_empty() {
             let outcome = "no grain was asked for".to_owned();
             return Ok(Laid { placements: Vec::new(), dropped: Vec::new(), outcome });

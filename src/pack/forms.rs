@@ -3,7 +3,7 @@
 use super::Grain;
 use super::occupied::clump_radius;
 use super::random::Test;
-use crate::geometry::{Ball, Mesh};
+use crate::geometry::{Ball, Mesh, Region};
 use crate::num::Fault;
 use std::collections::BTreeMap;
 
@@ -38,6 +38,25 @@ pub struct Forms {
 }
 
 impl Forms {
+    /// Forms that all find room in `region`, for the method of the key `method`.
+    ///
+    /// Errors: true shapes in two dimensions, grains larger than the container.
+    pub fn fitting(
+        grains: &[Grain],
+        test: Test,
+        region: &Region,
+        method: &str,
+    ) -> Result<Self, Fault> {
+        let solids = grains.iter().any(|grain| grain.solid.is_some());
+        if region.dimension() == 2 && test == Test::Solid && solids {
+            let problem = "is `solid` in two dimensions, where true shapes are the discs of clumps";
+            return Err(Fault::new(format!("{method}.test"), problem, "`clump`"));
+        }
+        let forms = Self::new(grains, test, region.dimension());
+        forms.fit(grains, region)?;
+        Ok(forms)
+    }
+
     /// Spheres of the clumps, or true surfaces where `test` asks for them and a grain has one. O(n log n).
     pub fn new(grains: &[Grain], test: Test, dimension: usize) -> Self {
         let mut known: BTreeMap<(usize, usize), u32> = BTreeMap::new();
@@ -65,7 +84,7 @@ impl Forms {
     }
 
     /// A fault if some grain is too thick for a container with these edges and this largest clearance, m.
-    pub fn fit(&self, grains: &[Grain], region: &crate::geometry::Region) -> Result<(), Fault> {
+    fn fit(&self, grains: &[Grain], region: &Region) -> Result<(), Fault> {
         let size = region.bounds().size();
         let least = (0..region.dimension()).map(|axis| size[axis]).fold(f64::INFINITY, f64::min);
         for (index, _) in grains.iter().enumerate() {

@@ -26,6 +26,15 @@ pub const ENTRY: MethodEntry = MethodEntry {
     example: r#"size = { fuller = { smallest = "5 mm", largest = "20 mm" } }"#,
 };
 
+/// What `riprap list packings` says of several families by mass.
+pub const MIXTURE: MethodEntry = MethodEntry {
+    key: "mixture",
+    id: "P17",
+    summary: "families by `fraction` of the mass of a number or a mass of grains; the shares placed are in the outcome",
+    source: "PFC (Itasca), ball distribute by volume fraction",
+    example: r#"mixture.mass = "2 kg""#,
+};
+
 /// A size distribution; sizes are equivalent-volume diameters (diameters for spheres and discs).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]

@@ -133,6 +133,7 @@ pub enum Method {
 pub const OPTIONS: &[MethodEntry] = &[
     zones::ENTRY,
     grading::ENTRY,
+    grading::MIXTURE,
     MethodEntry {
         key: "shape",
         id: "P14",

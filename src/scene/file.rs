@@ -53,10 +53,15 @@ impl Loaded {
     /// [`SceneError::Wrong`] with every fault found.
     pub fn parse(path: &Path, text: String) -> Result<Self, SceneError> {
         let scene: Scene = deserialize(path, &text)?;
-        let loaded = Self { scene, path: path.to_owned(), text };
-        match loaded.scene.faults() {
-            faults if faults.is_empty() => Ok(loaded),
-            faults => Err(loaded.wrong(&faults)),
+        let mut loaded = Self { scene, path: path.to_owned(), text };
+        let faults = loaded.scene.faults();
+        if !faults.is_empty() {
+            return Err(loaded.wrong(&faults));
+        }
+        let base = loaded.base().to_owned();
+        match loaded.scene.count_mixture(&base) {
+            Ok(()) => Ok(loaded),
+            Err(fault) => Err(loaded.wrong(&[fault])),
         }
     }
 

@@ -14,6 +14,30 @@ use std::io::{self, Write};
 /// Points of each curve.
 const POINTS: usize = 48;
 
+/// Shares of the mass that the families of a mixture have among the grains placed, beside those
+/// wanted; `None` without a mixture.
+pub fn shares(loaded: &Loaded, packing: &Packing, list: &[pack::Grain]) -> Option<String> {
+    let scene = &loaded.scene;
+    scene.mixture?;
+    let mut masses = vec![0.0; scene.grains.len()];
+    for laid in &packing.placements {
+        let grain = &list[laid.grain as usize];
+        let family = usize::from(grain.family);
+        let density = scene.density(&scene.grains[family]).unwrap_or(0.0);
+        masses[family] +=
+            density * grain.clump.volume * laid.scale.powi(i32::from(scene.dimension));
+    }
+    let mixed = || scene.grains.iter().zip(&masses).filter_map(|(f, m)| Some((f, f.fraction?, *m)));
+    let (wanted, placed) =
+        mixed().fold((0.0, 0.0), |sum, (_, share, mass)| (sum.0 + share, sum.1 + mass));
+    let said: Vec<String> = mixed()
+        .map(|(family, share, mass)| {
+            format!("{} {:.4} of {:.4}", family.name, mass / placed, share / wanted)
+        })
+        .collect();
+    (placed > 0.0).then(|| format!("shares of the mass: {}", said.join(", ")))
+}
+
 /// Curves of the graded families of a scene.
 pub struct Curves {
     families: Vec<Curve>,

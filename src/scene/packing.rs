@@ -1,6 +1,6 @@
 //! The stage that places grains: `packing.csv`, `packing.json`, `packing.vtp`.
 
-use super::grading::Curves;
+use super::grading::{self, Curves};
 use super::grains::Grain;
 use super::road::{Grains, Packed, Road, RoadError};
 use super::store::key;
@@ -65,7 +65,10 @@ impl Road {
             }
             (None, _) => Err(Fault::new("", "needs a container", "a [container]").into()),
         };
-        let packing = packed.map_err(|error| self.refused(error))?;
+        let mut packing = packed.map_err(|error| self.refused(error))?;
+        if let Some(shares) = grading::shares(&self.loaded, &packing, &list) {
+            packing.outcome.push_str(&format!("; {shares}"));
+        }
         if self.job.is_cancelled() {
             return Err(RoadError::Cancelled);
         }

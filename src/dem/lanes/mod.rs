@@ -229,10 +229,10 @@ pub trait Wide<const W: usize>: Lanes {
     fn unpack3(values: &[Vec3; W]) -> Triple<Self>;
     /// Writes them.
     fn pack3(columns: Triple<Self>, values: &mut [Vec3; W]);
-    /// `W` couples that follow each other.
-    fn unpack2(values: &[[f64; 2]; W]) -> [Self; 2];
-    /// Writes them.
-    fn pack2(columns: [Self; 2], values: &mut [[f64; 2]; W]);
+    /// `W` numbers in single precision that follow each other.
+    fn load_single(values: &[f32; W]) -> Self;
+    /// Writes them, rounded to the nearest.
+    fn store_single(self, values: &mut [f32; W]);
     /// `W` numbers that follow each other.
     fn load(values: &[f64; W]) -> Self;
     /// Writes them.

@@ -131,12 +131,12 @@ impl Wide<4> for Plain {
         *values = from_fn(|l| Vec3::new(x.0[l], y.0[l], z.0[l]));
     }
     #[inline(always)]
-    fn unpack2(values: &[[f64; 2]; 4]) -> [Self; 2] {
-        from_fn(|c| Self(values.map(|v| v[c])))
+    fn load_single(values: &[f32; 4]) -> Self {
+        Self(values.map(f64::from))
     }
     #[inline(always)]
-    fn pack2(columns: [Self; 2], values: &mut [[f64; 2]; 4]) {
-        *values = from_fn(|l| columns.map(|c| c.0[l]));
+    fn store_single(self, values: &mut [f32; 4]) {
+        *values = self.0.map(|value| value as f32);
     }
     #[inline(always)]
     fn load(values: &[f64; 4]) -> Self {

@@ -256,26 +256,14 @@ impl Wide<4> for Four {
         }
     }
     #[inline(always)]
-    fn unpack2(values: &[[f64; 2]; 4]) -> [Self; 2] {
-        let at = values.as_ptr().cast::<f64>();
-        // SAFETY: see above; four couples are eight numbers.
-        unsafe {
-            let (a, b) = (_mm256_loadu_pd(at), _mm256_loadu_pd(at.add(4)));
-            let low = _mm256_permute2f128_pd::<0x20>(a, b);
-            let high = _mm256_permute2f128_pd::<0x31>(a, b);
-            [Self(_mm256_unpacklo_pd(low, high)), Self(_mm256_unpackhi_pd(low, high))]
-        }
+    fn load_single(values: &[f32; 4]) -> Self {
+        // SAFETY: see above.
+        Self(unsafe { _mm256_cvtps_pd(_mm_loadu_ps(values.as_ptr())) })
     }
     #[inline(always)]
-    fn pack2(columns: [Self; 2], values: &mut [[f64; 2]; 4]) {
-        let at = values.as_mut_ptr().cast::<f64>();
-        // SAFETY: see above; four couples are eight numbers.
-        unsafe {
-            let low = _mm256_unpacklo_pd(columns[0].0, columns[1].0);
-            let high = _mm256_unpackhi_pd(columns[0].0, columns[1].0);
-            _mm256_storeu_pd(at, _mm256_permute2f128_pd::<0x20>(low, high));
-            _mm256_storeu_pd(at.add(4), _mm256_permute2f128_pd::<0x31>(low, high));
-        }
+    fn store_single(self, values: &mut [f32; 4]) {
+        // SAFETY: see above.
+        unsafe { _mm_storeu_ps(values.as_mut_ptr(), _mm256_cvtpd_ps(self.0)) }
     }
     #[inline(always)]
     fn load(values: &[f64; 4]) -> Self {
@@ -531,21 +519,14 @@ impl Wide<8> for Eight {
         }
     }
     #[inline(always)]
-    fn unpack2(values: &[[f64; 2]; 8]) -> [Self; 2] {
-        let at = values.as_ptr().cast::<f64>();
-        // SAFETY: see above; eight couples are sixteen numbers.
-        let (a, b) = unsafe { (_mm512_loadu_pd(at), _mm512_loadu_pd(at.add(8))) };
-        [Self(mix(a, b, [0, 2, 4, 6, 8, 10, 12, 14])), Self(mix(a, b, [1, 3, 5, 7, 9, 11, 13, 15]))]
+    fn load_single(values: &[f32; 8]) -> Self {
+        // SAFETY: see above.
+        Self(unsafe { _mm512_cvtps_pd(_mm256_loadu_ps(values.as_ptr())) })
     }
     #[inline(always)]
-    fn pack2(columns: [Self; 2], values: &mut [[f64; 2]; 8]) {
-        let (Self(n), Self(t)) = (columns[0], columns[1]);
-        let at = values.as_mut_ptr().cast::<f64>();
-        // SAFETY: see above; eight couples are sixteen numbers.
-        unsafe {
-            _mm512_storeu_pd(at, mix(n, t, [0, 8, 1, 9, 2, 10, 3, 11]));
-            _mm512_storeu_pd(at.add(8), mix(n, t, [4, 12, 5, 13, 6, 14, 7, 15]));
-        }
+    fn store_single(self, values: &mut [f32; 8]) {
+        // SAFETY: see above.
+        unsafe { _mm256_storeu_ps(values.as_mut_ptr(), _mm512_cvtpd_ps(self.0)) }
     }
     #[inline(always)]
     fn load(values: &[f64; 8]) -> Self {

@@ -20,8 +20,12 @@ use std::fmt;
 pub struct Family {
     /// Name: letters, digits, `_` and `-`; different for each family.
     pub name: String,
-    /// Number of grains, at least 1.
+    /// Number of grains, at least 1; left out where `fraction` is given.
+    #[serde(default)]
     pub count: u32,
+    /// Share of the mass of the scene's `mixture`, instead of `count`; shares of all families are brought to a sum of 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fraction: Option<f64>,
     /// Equivalent-volume diameter (diameter for spheres and discs): a length,
     /// `{ min = …, max = … }` for uniform, or a grading (`gaussian`, `lognormal`, `weibull`,
     /// `fuller`, `rosin_rammler`, `sieve`). Left out: shapes keep their own size.
@@ -157,9 +161,6 @@ impl JsonSchema for Size {
 impl Family {
     pub(super) fn validate(&self, dimension: u8) -> Result<(), Fault> {
         validate_name(&self.name)?;
-        if self.count == 0 {
-            return Err(Fault::new("count", "is 0", "at least 1"));
-        }
         if self.distinct == Some(0) {
             return Err(Fault::new("distinct", "is 0", "at least 1, or left out"));
         }

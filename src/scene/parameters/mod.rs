@@ -5,6 +5,7 @@ mod bond;
 mod contact;
 mod family;
 mod law;
+mod mixture;
 mod output;
 mod plan;
 mod walls;
@@ -13,6 +14,7 @@ pub use bond::{BeamBond, BondLaw, BondParameters, ContactBond, Hold, SolidBond};
 pub use contact::{ContactParameters, MaterialParameters, PairParameters};
 pub use family::{Family, Size, UniformSize};
 pub use law::{LawParameters, VariantParameters};
+pub use mixture::Mixture;
 pub use output::{CompareParameters, MeasureParameters, OutputParameters, Start};
 pub use plan::{PlanParameters, StepParameter};
 pub use walls::{ContainerParameters, MotionParameters, WallParameters, WallShapeParameters};
@@ -37,6 +39,9 @@ pub struct Scene {
     pub seed: u64,
     /// Families of grains, at least one.
     pub grains: Vec<Family>,
+    /// Number or mass of the grains of all families that have a `fraction` instead of a `count`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mixture: Option<Mixture>,
     /// Materials by name, at least one.
     pub materials: BTreeMap<String, MaterialParameters>,
     /// Contact parameters of every pair of materials that `pairs` does not name.
@@ -93,6 +98,7 @@ impl Scene {
                 note(Err(Fault::new("name", problem, "a name of its own").under(&here)));
             }
         }
+        note(self.validate_mixture());
         note(self.contact.validate_for(self.dimension).map_err(|fault| fault.under("contact")));
         for (index, pair) in self.pairs.iter().enumerate() {
             let here = format!("pairs[{index}]");
