@@ -11,7 +11,7 @@ use std::fmt::Write;
 
 /// Width of every chart, in SVG units.
 const WIDTH: f64 = 640.0;
-const LEFT: f64 = 70.0;
+const LEFT: f64 = 78.0;
 const RIGHT: f64 = 16.0;
 const TOP: f64 = 14.0;
 /// Decades that a logarithmic axis shows at most; smaller values are left out.
@@ -204,7 +204,11 @@ impl Scale {
                 .filter(|(part, power)| *power < high || *part == 1.0)
                 .map(|(part, power)| {
                     let text = power_of_ten(power);
-                    let text = if part == 1.0 { text } else { format!("{part} · {text}") };
+                    let text = match (part == 1.0, power) {
+                        (true, _) => text,
+                        (false, 0) => part.to_string(),
+                        (false, _) => format!("{part} · {text}"),
+                    };
                     (part * 10_f64.powi(power), text)
                 })
                 .collect();

@@ -338,13 +338,13 @@ pub fn rigid(model: &Model) -> Table<'_> {
         "lx", "ly", "lz",
     ];
     Table::new("bodies", COLUMNS, move |rows| {
-        let kick = missed_kick(model);
+        let (kick, flat) = (missed_kick(model), model.needs().discs);
         let clumps = model.bodies.iter().filter(|body| body.sphere_count > 1);
         for (number, body) in clumps.enumerate() {
             let axes = body.orientation.to_rotation_matrix();
             let i = axes.matrix() * Mat3::from_diagonal(&body.inertia) * axes.matrix().transpose();
             let (x, v, l) = (&body.position, body.velocity + kick, i * body.spin);
-            let z = if model.needs().discs { 0.0 } else { x.z };
+            let z = if flat { 0.0 } else { x.z };
             let row = [
                 body.mass, x.x, x.y, z, i.m11, i.m22, i.m33, i.m12, i.m13, i.m23, v.x, v.y, v.z,
                 l.x, l.y, l.z,

@@ -567,7 +567,8 @@ fn start_of_clump(model: &Model, index: usize, balance: &Balance) -> Vec3 {
 fn balance(model: &Model, index: usize) -> Balance {
     let mass = model.bodies[index].mass;
     let (offsets, radii) = offsets_and_radii(model, index);
-    if model.needs().gravity {
+    // Not `needs`, which looks at every body: this is asked for each of them.
+    if model.gravity.norm_squared() > 0.0 {
         return rigid_masses::balance(mass, &offsets, &radii);
     }
     let Masses { masses, arm } = rigid_masses::split(mass, &offsets, &radii);
@@ -617,10 +618,11 @@ pub fn rigid(model: &Model) -> Table<'_> {
     const COLUMNS: &[&str] =
         &["id", "mass", "x", "y", "z", "ixx", "iyy", "izz", "ixy", "ixz", "iyz"];
     Table::new("bodies", COLUMNS, move |rows| {
+        let flat = model.needs().discs;
         let clumps = (0..model.bodies.len()).filter(|i| model.bodies[*i].sphere_count > 1);
         for (number, index) in clumps.enumerate() {
             let (x, i) = (&model.bodies[index].position, inertia_tensor(model, index));
-            let z = if model.needs().discs { 0.0 } else { x.z };
+            let z = if flat { 0.0 } else { x.z };
             let mass = model.bodies[index].mass;
             let row = [mass, x.x, x.y, z, i.m11, i.m22, i.m33, i.m12, i.m13, i.m23];
             let mut cells = [Cell::Count(number + 1); 11];

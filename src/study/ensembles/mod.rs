@@ -370,11 +370,11 @@ fn scene_chart(bulk: &Bulk, found: &[Found]) -> Chart {
         Series::intervals(code, points)
     });
     Chart {
-        title: format!("{}: {} minus reference, over CPU time", bulk.what, quantity.name),
+        title: format!("{}: {} minus reference", bulk.what, quantity.name),
         caption: format!(
-            "Mean difference over seeds with its 95 % interval; margin of equivalence ± {} {}. \
+            "Mean difference over seeds with its 95 % interval; margin of equivalence ± {}. \
              One point a step: the steps of a code fall from left to right.",
-            quantity.margin, quantity.unit
+            format!("{} {}", quantity.margin, quantity.unit).trim_end()
         ),
         x: Axis::log("CPU time of a run, s", ""),
         y: Axis::linear(&unit(quantity), ""),

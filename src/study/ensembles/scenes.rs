@@ -61,7 +61,7 @@ pub struct Bulk {
 pub const SCENES: [Bulk; 3] = [
     Bulk {
         key: "collapse",
-        what: "A column collapses into a trench (planes): angle of the heap, run-out",
+        what: "Collapse into a trench",
         quantities: &[
             Quantity { name: "angle of the heap", unit: "degrees", margin: 1.0 },
             Quantity { name: "run-out", unit: "mm", margin: 5.0 },
@@ -72,7 +72,7 @@ pub const SCENES: [Bulk; 3] = [
     },
     Bulk {
         key: "drum",
-        what: "A drum (mesh of 48 triangles) turns at 30 rpm: angle and depth of the flow",
+        what: "Drum at 30 rpm (mesh)",
         quantities: &[
             Quantity { name: "angle in the drum", unit: "degrees", margin: 1.5 },
             Quantity { name: "distance from the axis", unit: "mm", margin: 0.5 },
@@ -83,7 +83,7 @@ pub const SCENES: [Bulk; 3] = [
     },
     Bulk {
         key: "compression",
-        what: "A lid presses a bed in a box (planes) to 2 kPa: porosity, contacts, side stress",
+        what: "Bed under a lid, 2 kPa",
         quantities: &[
             Quantity { name: "porosity", unit: "", margin: 0.01 },
             Quantity { name: "contacts a sphere", unit: "", margin: 0.3 },
