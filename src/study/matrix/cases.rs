@@ -547,7 +547,13 @@ fn bulk() -> Vec<Case> {
         },
         Case {
             files: vec![("silo.stl", stl(&silo))],
-            known: &[INNER],
+            known: &[
+                INNER,
+                (
+                    "liggghts",
+                    "the spring of a contact that changes faces where cylinder and cone meet; without friction 8e-11",
+                ),
+            ],
             ..segments(
                 "silo",
                 "a silo runs out: cylinder and cone (STL), DEM2020 case 1 with the linear law",
