@@ -5,7 +5,9 @@
 //! Every code starts from the same state with the same parameters. Each figure is the
 //! difference of two runs of different length, so that reading and set-up do not count; the
 //! codes take turns, five rounds, and medians are printed with the spread of the rounds.
-//! `--rounds N` and `--no-instructions` are for a quick look.
+//! `--rounds N` and `--no-instructions` are for a quick look; `--million` adds A1000000, ours only.
+//! Bytes a sphere: what the largest resident size of our process is above that before the run. Our
+//! observer wants no frames; one takes 200 bytes a sphere more while it is written.
 
 mod peers;
 mod scenes;
@@ -13,7 +15,7 @@ mod scenes;
 use peers::Code;
 use riprap::dem::{self, Observer};
 use riprap::model::{Frame, SeriesRow};
-use riprap::num::Job;
+use riprap::num::{Job, clock};
 
 /// What is timed: scene, codes, and the number of steps of ours in a run.
 const BENCHES: [(&str, &[Code], u64); 6] = [
@@ -23,7 +25,7 @@ const BENCHES: [(&str, &[Code], u64); 6] = [
         &[Code::Riprap(1), Code::Riprap(2), Code::Lammps, Code::Liggghts, Code::Yade],
         2_000,
     ),
-    ("A100000", &[Code::Riprap(1), Code::Lammps, Code::Liggghts], 200),
+    ("A100000", &[Code::Riprap(1), Code::Lammps, Code::Liggghts, Code::Yade], 200),
     ("A1000000", &[Code::Riprap(1)], 30),
     ("B", &[Code::Riprap(1), Code::Liggghts, Code::Yade], 2_000),
     ("C", &[Code::Riprap(1), Code::Liggghts, Code::Yade], 2_000),
@@ -43,6 +45,9 @@ struct Nothing;
 
 impl Observer for Nothing {
     fn frame(&mut self, _frame: &Frame) {}
+    fn wants_frames(&self) -> bool {
+        false
+    }
     fn row(&mut self, _row: &SeriesRow) {}
     fn checkpoint(&mut self, _bytes: &[u8]) {}
 }
@@ -52,9 +57,13 @@ fn run(arguments: &[String]) {
     let steps = arguments[1].parse().expect("a number of steps");
     let threads = arguments[2].parse().expect("a number of threads");
     let model = scenes::model(&arguments[0], steps, &peers::cache());
+    let before = clock::resident_bytes();
     let summary = dem::simulate(&model, None, &Job::quiet().with_threads(threads), &mut Nothing);
     let summary = summary.expect("the scene is sound");
     println!("{:?} {} rebuilds {:?}", summary.outcome, summary.rebuilds, summary.cost);
+    if let (Some(before), Some(peak)) = (before, clock::peak_bytes()) {
+        println!("{} {}", peers::BYTES, peak.saturating_sub(before));
+    }
 }
 
 fn main() {
@@ -69,7 +78,12 @@ fn main() {
     }
     let counted = !arguments.iter().any(|argument| argument == "--no-instructions");
     arguments.retain(|argument| argument != "--no-instructions");
-    let chosen = |name: &str| arguments.is_empty() || arguments.iter().any(|a| a == name);
+    let million = arguments.iter().any(|argument| argument == "--million");
+    arguments.retain(|argument| argument != "--million");
+    let chosen = |name: &str| {
+        (arguments.is_empty() && (million || name != "A1000000"))
+            || arguments.iter().any(|a| a == name)
+    };
     println!("load {}", std::fs::read_to_string("/proc/loadavg").unwrap_or_default().trim());
     for (scene, codes, steps) in BENCHES {
         if chosen(scene) {
@@ -100,27 +114,37 @@ fn compare(scene: &str, codes: &[Code], steps: u64, rounds: usize) {
         .collect();
     let mut speeds = vec![Vec::new(); codes.len()];
     let mut walls = vec![Vec::new(); codes.len()];
+    let mut bytes = vec![Vec::new(); codes.len()];
     for _ in 0..rounds {
         for (index, (code, lengths)) in codes.iter().zip(&lengths).enumerate() {
             let [short, long] = lengths.map(|n| peers::time(code.command(scene, n, &cache)));
             let work = spheres * (lengths[1] - lengths[0]) as f64 * 1e-6;
             speeds[index].push(work / (long.user - short.user));
             walls[index].push(work / (long.wall - short.wall));
+            bytes[index].extend(long.bytes.map(|bytes| bytes / spheres));
         }
     }
     println!("\n{scene}: {spheres} spheres; million sphere-steps a second");
-    println!("{:<20} {:>9} {:>16} {:>10} {:>8}", "code", "user CPU", "rounds", "wall", "ratio");
+    println!(
+        "{:<20} {:>9} {:>16} {:>10} {:>8} {:>9}",
+        "code", "user CPU", "rounds", "wall", "ratio", "B/sphere"
+    );
     let ours = median(&speeds[0]);
     for (index, code) in codes.iter().enumerate() {
         let middle = median(&speeds[index]);
         let low = speeds[index].iter().copied().fold(f64::INFINITY, f64::min);
         let high = speeds[index].iter().copied().fold(0.0, f64::max);
         println!(
-            "{:<20} {middle:>9.3} {:>16} {:>10.3} {:>8.2}",
+            "{:<20} {middle:>9.3} {:>16} {:>10.3} {:>8.2} {:>9}",
             code.name(),
             format!("{low:.3}-{high:.3}"),
             median(&walls[index]),
-            ours / middle
+            ours / middle,
+            if bytes[index].is_empty() {
+                "-".into()
+            } else {
+                format!("{:.0}", median(&bytes[index]))
+            }
         );
     }
 }

@@ -82,11 +82,15 @@ pub fn ours(scene: &str, steps: u64, threads: usize) -> Command {
     command
 }
 
-/// What a process used, s.
+/// How a line of our own process begins that says what memory the run took.
+pub const BYTES: &str = "bytes";
+
+/// What a process used: s, and what it says of its memory.
 #[derive(Debug, Clone, Copy)]
 pub struct Used {
     pub user: f64,
     pub wall: f64,
+    pub bytes: Option<f64>,
 }
 
 /// Runs `command` to its end; user CPU time as the system counts it for children (10 ms).
@@ -100,7 +104,10 @@ pub fn time(mut command: Command) -> Used {
         String::from_utf8_lossy(&output.stdout),
         String::from_utf8_lossy(&output.stderr)
     );
-    Used { user: children() - before, wall }
+    let said = String::from_utf8_lossy(&output.stdout);
+    let line = said.lines().find_map(|line| line.strip_prefix(BYTES));
+    let bytes = line.and_then(|count| count.trim().parse().ok());
+    Used { user: children() - before, wall, bytes }
 }
 
 /// User CPU seconds of all children that have ended.

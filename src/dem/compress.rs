@@ -233,7 +233,7 @@ impl<'a> Press<'a> {
         let origin =
             self.state.take().map_or(Origin::Model, |state| Origin::State(Box::new(state)));
         let job = self.job.silent(self.job.threads);
-        let (summary, state) = drive::simulate(&self.model, origin, &job, &mut last)?;
+        let (summary, state) = drive::simulate(&self.model, origin, (&job, true), &mut last)?;
         self.state = Some(state);
         self.job.report("steps", self.wanted.steps - self.left, self.wanted.steps);
         let Some(frame) = last.frame else {

@@ -26,11 +26,11 @@ pub enum Origin<'a> {
     State(Box<State>),
 }
 
-/// See [`super::simulate`]; the state at the end is handed back.
+/// See [`super::simulate`]; the state at the end is handed back whole if it is to be kept.
 pub fn simulate(
     model: &Model,
     origin: Origin<'_>,
-    job: &Job,
+    (job, keep): (&Job, bool),
     observer: &mut dyn Observer,
 ) -> Result<(Summary, State), DemError> {
     let (begun, cpu) = (Instant::now(), clock::cpu_seconds());
@@ -112,6 +112,9 @@ pub fn simulate(
     // What is left to say takes memory of its own.
     drop(work);
     state.built = Vec::new();
+    if !keep {
+        state.loads = Vec::new();
+    }
     let summary = Summary {
         outcome,
         touches: ledger::touches(&setting, &state),
@@ -192,6 +195,7 @@ fn one_step(
     state.ledger.add_half();
     move_walls(setting, state, (state.step + 1) as f64 * setting.step);
     if motion::advance(setting, state, &work.crew, owed) | lists_are_old(state) {
+        work.forget_lists();
         neighbours::rebuild(setting, state);
     }
     force_pass(setting, state, work, false);
@@ -224,6 +228,7 @@ fn is_due(setting: &Setting<'_>, step: u64) -> bool {
 fn averaged_step(setting: &mut Setting<'_>, state: &mut State, work: &mut Workspace) {
     move_walls(setting, state, (state.step as f64 + 0.5) * setting.step);
     if averaged_motion::first_half(setting, state) | lists_are_old(state) {
+        work.forget_lists();
         neighbours::rebuild(setting, state);
     }
     force_pass(setting, state, work, false);

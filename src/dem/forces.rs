@@ -146,6 +146,12 @@ impl Workspace {
         }
     }
 
+    /// Gives back the memory of what belongs to lists that are about to be built anew.
+    pub fn forget_lists(&mut self) {
+        let scratch = std::mem::take(&mut self.blocks.scratch);
+        self.blocks = Blocks { scratch, ..Blocks::default() };
+    }
+
     /// Bytes of what grows with the number of spheres and pairs.
     #[cfg(test)]
     pub fn bytes(&self) -> usize {

@@ -188,7 +188,7 @@ pub fn simulate(
     observer: &mut dyn Observer,
 ) -> Result<Summary, DemError> {
     let origin = resume.map_or(drive::Origin::Model, drive::Origin::Checkpoint);
-    drive::simulate(model, origin, job, observer).map(|(summary, _)| summary)
+    drive::simulate(model, origin, (job, false), observer).map(|(summary, _)| summary)
 }
 
 /// Gap up to which the first lists hold pairs of spheres, m.
@@ -341,7 +341,7 @@ pub const METHODS: &[MethodEntry] = &[
     MethodEntry {
         key: "neighbours",
         id: "D11",
-        summary: "always: cells of about 5 to 20 bodies, lists with a skin made anew when a body has moved too far, history kept; `riprap check` says how many",
+        summary: "always: cells one sphere wide with about 0.7 spheres each (those of 5 to 20 that PFC uses are slower here), lists with a skin made anew when a body has moved too far, history kept; `riprap check` says how many",
         source: "cell space and CTOL: PFC (Itasca)",
         example: "",
     },

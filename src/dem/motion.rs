@@ -23,6 +23,10 @@ pub fn finish(setting: &Setting<'_>, state: &mut State) {
     }
     kick_alone(setting, state, 0.5 * setting.step);
     kick_solids(setting, state, 0.5 * setting.step);
+    for solid in &mut state.solids {
+        let inertia = &setting.model.bodies[solid.body as usize].inertia;
+        solid.spin = turn::spin(&solid.turn, inertia, &solid.momentum);
+    }
     for index in 0..state.solids.len() {
         state.pace_members(setting, index);
     }
@@ -159,12 +163,12 @@ fn kick_spins(setting: &Setting<'_>, state: &mut State, span: f64) {
     }
 }
 
+/// Kicks momenta; spins are for whoever needs them.
 fn kick_solids(setting: &Setting<'_>, state: &mut State, span: f64) {
     for solid in &mut state.solids {
         let body = &setting.model.bodies[solid.body as usize];
         solid.velocity += (solid.load.force / body.mass + setting.gravity) * span;
         solid.momentum += solid.load.torque * span;
-        solid.spin = turn::spin(&solid.turn, &body.inertia, &solid.momentum);
     }
 }
 

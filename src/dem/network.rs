@@ -40,8 +40,10 @@ use crate::num::{Rotation, Vec3};
 use nalgebra::{DMatrix, Matrix6, SymmetricEigen, Vector6};
 use std::cell::Cell;
 
-/// Bodies whose blocks are held at a time (288 bytes each).
+/// Least number of bodies whose blocks are held at a time (288 bytes each).
 const CHUNK: usize = 1 << 15;
+/// Most passes over the contacts to make all blocks.
+const PASSES: usize = 4;
 /// More than rounding makes of a distance or a trace, relative.
 const ROUNDING: f64 = 1e-9;
 /// Relative error of the largest eigenvalue allowed for in Lanczos' method.
@@ -305,7 +307,7 @@ impl<'a> Network<'a> {
         let mut best = (0.0, wanted.first().copied().unwrap_or(0));
         // Place of each body in its chunk.
         let mut place = vec![u32::MAX; if wanted.is_empty() { 0 } else { count }];
-        for chunk in wanted.chunks(CHUNK) {
+        for chunk in wanted.chunks(CHUNK.max(count.div_ceil(PASSES))) {
             let numbered = || chunk.iter().zip(0..);
             numbered().for_each(|(body, at)| place[*body as usize] = at);
             for (body, block) in chunk.iter().zip(self.blocks(step, &place, chunk.len())) {
@@ -325,7 +327,11 @@ impl<'a> Network<'a> {
     /// The blocks of the bodies that have a `place`, at the effective stiffness of `step`.
     fn blocks(&self, step: f64, place: &[u32], count: usize) -> Vec<Matrix6<f64>> {
         let mut blocks = vec![Matrix6::zeros(); count];
-        each_link(self.setting, self.state, self.time, touching, |link| {
+        let reach = |one: &Ball, other: &Ball| {
+            let outside = [one, other].iter().all(|ball| place[ball.body as usize] == u32::MAX);
+            if outside { 0.0 } else { touching(one, other) }
+        };
+        each_link(self.setting, self.state, self.time, reach, |link| {
             let at = [Some(link.bodies.0), link.bodies.1]
                 .map(|body| body.map_or(u32::MAX, |body| place[body as usize]));
             if at == [u32::MAX; 2] || link.normal == Vec3::zeros() {

@@ -272,8 +272,9 @@ impl State {
     pub fn carry_members(&mut self, setting: &Setting<'_>, index: usize) {
         let solid = &self.solids[index];
         let body = &setting.model.bodies[solid.body as usize];
+        let turn = solid.turn.to_rotation_matrix();
         for sphere in body.first_sphere..body.first_sphere + body.sphere_count {
-            let arm = solid.turn * setting.model.spheres[sphere as usize].offset;
+            let arm = turn * setting.model.spheres[sphere as usize].offset;
             let slot = self.slot[sphere as usize] as usize;
             let ball = &mut self.balls[slot];
             ball.place = solid.place + arm;

@@ -27,19 +27,50 @@ pub fn momentum(turn: &Rotation, inertia: &Vec3, spin: &Vec3) -> Vec3 {
 
 /// Orientation after free rotation over `step`, s.
 pub fn split(turn: &Rotation, inertia: &Vec3, world: &Vec3, step: f64) -> Rotation {
-    let mut body = turn.inverse_transform_vector(world);
-    let mut q = *turn.quaternion();
-    for (axis, part) in [(0, 0.5), (1, 0.5), (2, 1.0), (1, 0.5), (0, 0.5)] {
-        let angle = part * step * body[axis] / inertia[axis];
-        let (sin, cos) = angle.sin_cos();
-        let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
-        (body[a], body[b]) = (cos * body[a] + sin * body[b], cos * body[b] - sin * body[a]);
-        let (half_sin, half_cos) = (0.5 * angle).sin_cos();
-        let mut vector = Vec3::zeros();
-        vector[axis] = half_sin;
-        q *= Quaternion::from_parts(half_cos, vector);
+    let mut body: [f64; 3] = turn.inverse_transform_vector(world).into();
+    let mut state = (&mut body, *turn.quaternion());
+    let rate = inertia.map(|inertia| step / inertia);
+    about::<0>(&mut state, 0.5 * rate.x);
+    about::<1>(&mut state, 0.5 * rate.y);
+    about::<2>(&mut state, rate.z);
+    about::<1>(&mut state, 0.5 * rate.y);
+    about::<0>(&mut state, 0.5 * rate.x);
+    Unit::new_normalize(state.1)
+}
+
+/// Turns a body with the angular momentum `body` about its axis `AXIS`, by the angle `rate` times
+/// that momentum.
+#[inline(always)]
+fn about<const AXIS: usize>((body, q): &mut (&mut [f64; 3], Quaternion<f64>), rate: f64) {
+    let (a, b) = ((AXIS + 1) % 3, (AXIS + 2) % 3);
+    let (sin, cos) = half_angle(rate * body[AXIS]);
+    let (whole_sin, whole_cos) = (2.0 * sin * cos, 1.0 - 2.0 * sin * sin);
+    let (first, second) = (body[a], body[b]);
+    body[a] = whole_cos * first + whole_sin * second;
+    body[b] = whole_cos * second - whole_sin * first;
+    let (w, v) = (q.w, [q.i, q.j, q.k]);
+    let mut turned = v;
+    turned[AXIS] = cos * v[AXIS] + sin * w;
+    turned[a] = cos * v[a] + sin * v[b];
+    turned[b] = cos * v[b] - sin * v[a];
+    *q = Quaternion::new(cos * w - sin * v[AXIS], turned[0], turned[1], turned[2]);
+}
+
+/// Sine and cosine of half of `angle`. Series to all digits where it is small, as it is in any
+/// step that resolves contacts: a fifth of the time.
+#[inline(always)]
+fn half_angle(angle: f64) -> (f64, f64) {
+    let x = 0.5 * angle;
+    let y = x * x;
+    if y >= 0.0025 {
+        return x.sin_cos();
     }
-    Unit::new_normalize(q)
+    let sin = 1.0
+        - y * (1.0 / 6.0)
+            * (1.0 - y * (1.0 / 20.0) * (1.0 - y * (1.0 / 42.0) * (1.0 - y * (1.0 / 72.0))));
+    let cos = 1.0
+        - y * 0.5 * (1.0 - y * (1.0 / 12.0) * (1.0 - y * (1.0 / 30.0) * (1.0 - y * (1.0 / 56.0))));
+    (x * sin, cos)
 }
 
 /// Orientation after `step` as LIGGGHTS `fix rigid`, and the angular velocity
@@ -99,6 +130,17 @@ mod tests {
     fn distance(turn: &Rotation) -> f64 {
         let [w, x, y, z] = AT_20;
         turn.angle_to(&Unit::new_normalize(Quaternion::new(w, x, y, z)))
+    }
+
+    #[test]
+    fn half_angles_have_all_digits() {
+        for k in -200..=200 {
+            let angle = f64::from(k) * 0.001;
+            let (sin, cos) = half_angle(angle);
+            let (s, c) = (0.5 * angle).sin_cos();
+            assert!((sin - s).abs() <= 2.0 * f64::EPSILON * s.abs(), "{angle}");
+            assert!((cos - c).abs() <= f64::EPSILON, "{angle}");
+        }
     }
 
     #[test]

@@ -19,16 +19,16 @@ use serde::Serialize;
 const SAMPLES: usize = 5;
 /// Distinct plain spheres of each family that are looked at.
 const PLAIN_SAMPLES: usize = 2_000;
-/// Memory of our own DEM for one sphere, bytes (measured on 100 000 spheres, validation/README.md).
-const BYTES_PER_SPHERE: f64 = 800.0;
+/// Memory of our own DEM for one sphere while a frame is written, bytes (measured on 100 000
+/// spheres, see validation/06-hundred-thousand).
+const BYTES_PER_SPHERE: f64 = 600.0;
 /// Seconds for one term of gravity between bodies on one thread (order of magnitude).
 const SECONDS_PER_TERM: f64 = 1e-8;
 /// Sphere-steps a second of our own DEM on one thread (order of magnitude, for the forecast of time).
 const SPEED: f64 = 4e6;
 
 /// How neighbours are searched (D11). Cells are as wide as the largest sphere and the skin, so few
-/// spheres share one: pairs are listed once and used until a sphere has moved half the skin,
-/// which makes small cells the fastest.
+/// spheres share one: measured faster than cells of 5 to 20 spheres (see `dem/neighbours.rs`).
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Lists {
     /// Edge of a cell of the coarsest level, m.
