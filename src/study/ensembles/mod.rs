@@ -131,7 +131,16 @@ pub fn study(effort: Effort, job: &Job) -> Result<Findings, StudyError> {
     work.total = SCENES.len() as u64 * size.seeds * (1 + codes.len() * size.steps.len()) as u64;
     let (mut rows, mut charts, mut all) = (Vec::new(), Vec::new(), Vec::new());
     for (bulk, extent) in SCENES.iter().zip(size.extents) {
-        let found = work.scene(bulk, extent, &codes, &mut rows, &mut remarks)?;
+        // What other scenes have found is kept where one cannot be finished.
+        let found = match work.scene(bulk, extent, &codes, &mut rows, &mut remarks) {
+            Ok(found) => found,
+            Err(StudyError::Work(what)) => {
+                remarks.push(format!("{}: not finished: {what}", bulk.key));
+                all.push(Vec::new());
+                continue;
+            }
+            Err(stopped) => return Err(stopped),
+        };
         remarks.extend(summary(bulk, &found));
         charts.push((format!("ensembles-{}", bulk.key), scene_chart(bulk, &found)));
         all.push(found);

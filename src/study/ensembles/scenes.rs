@@ -240,7 +240,7 @@ fn bed(model: &mut Model, extent: Extent, seed: u64) {
     }
     let narrow = f64::from(extent.counts[0].min(extent.counts[1]));
     // Solid fraction of the lattice, and of a dense bed between walls that many spheres apart.
-    let (loose, dense) = (4.0 / 3.0 * PI / PITCH.powi(3), 0.61 * (1.0 - 0.4 / narrow));
+    let (loose, dense) = (4.0 / 3.0 * PI / PITCH.powi(3), 0.57 * (1.0 - 0.4 / narrow));
     let (top, end) = (side(2), loose / dense * side(2));
     let speed = (top - end) / extent.time;
     models::plane(
