@@ -382,7 +382,7 @@ fn scene_chart(bulk: &Bulk, found: &[Found]) -> Chart {
         title: format!("{}: {} minus reference", bulk.what, quantity.name),
         caption: format!(
             "Mean difference over seeds with its 95 % interval; margin of equivalence ± {}. \
-             One point a step: the steps of a code fall from left to right.",
+             One point a step; steps a contact rise from left to right.",
             format!("{} {}", quantity.margin, quantity.unit).trim_end()
         ),
         x: Axis::log("CPU time of a run, s", ""),
