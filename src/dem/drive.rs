@@ -60,9 +60,12 @@ pub fn simulate(
         }
         Origin::State(mut state) => {
             state.begin_again(&setting);
-            start(&setting, *state, &mut work, &mut watch, observer)
+            start(&mut setting, *state, &mut work, &mut watch, observer)
         }
-        Origin::Model => start(&setting, State::new(&setting), &mut work, &mut watch, observer),
+        Origin::Model => {
+            let state = State::new(&setting);
+            start(&mut setting, state, &mut work, &mut watch, observer)
+        }
     };
     let (from, loop_begun) = (state.step, Instant::now());
     let mut outcome = None;
@@ -137,7 +140,7 @@ pub fn simulate(
 
 /// Lists, force pass and output at time 0.
 fn start(
-    setting: &Setting<'_>,
+    setting: &mut Setting<'_>,
     mut state: State,
     work: &mut Workspace,
     watch: &mut guard::Watch,
@@ -145,7 +148,10 @@ fn start(
 ) -> (State, Option<String>) {
     neighbours::rebuild(setting, &mut state);
     let stopped = watch.look(setting, &state, false);
+    let walls = setting.walls.clone();
+    setting.rest_for_set_up();
     force_pass(setting, &mut state, work, true);
+    setting.walls = walls;
     let ledger = (
         ledger::kinetic(setting, &state) + ledger::stored(setting, &state),
         ledger::potential(setting, &state),

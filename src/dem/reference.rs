@@ -288,6 +288,7 @@ impl<'a> Twin<'a> {
     fn planes_at(&self, index: usize, grain: &Grain, others: &mut Vec<Other>) {
         let time = self.setting.pass_time(self.steps);
         for (number, plane) in self.setting.planes_at(time).iter().enumerate() {
+            let motion = self.seen(self.setting.planes[number] as usize, plane.motion);
             let height = (grain.place - plane.point).dot(&plane.normal);
             let overlap = grain.radius - height.abs();
             if overlap < 0.0 && !self.averaged() {
@@ -306,12 +307,12 @@ impl<'a> Twin<'a> {
                 slides: [grain.radius - plane.share * overlap, 0.0],
                 before: normal * height.abs()
                     - plane.normal
-                        * ((grain.velocity - plane.motion.velocity(&foot)).dot(&plane.normal)
+                        * ((grain.velocity - motion.velocity(&foot)).dot(&plane.normal)
                             * 0.5
                             * self.span()),
                 lean: plane.share,
-                velocity: plane.motion.velocity(&(foot - normal * depth)),
-                spin: wall_spin(&plane.motion),
+                velocity: motion.velocity(&(foot - normal * depth)),
+                spin: wall_spin(&motion),
                 body: None,
                 material: plane.material,
             });
@@ -323,7 +324,9 @@ impl<'a> Twin<'a> {
         let surfaces = &self.setting.surfaces;
         let mut met: Vec<u32> = Vec::new();
         for face in 0..surfaces.start.len() {
-            let wall = &self.model.walls[surfaces.wall[face] as usize];
+            let number = surfaces.wall[face] as usize;
+            let wall = &self.model.walls[number];
+            let motion = self.seen(number, wall.motion);
             let corners = surfaces.start[face].map(|p| wall.motion.place(&p, time));
             let (point, feature) = closest(&grain.place, &corners);
             let away = grain.place - point;
@@ -355,12 +358,18 @@ impl<'a> Twin<'a> {
                     place - closest(&place, &corners).0
                 },
                 lean: self.setting.wall_share,
-                velocity: wall.motion.velocity(&(point - away.normalize() * depth)),
-                spin: wall_spin(&wall.motion),
+                velocity: motion.velocity(&(point - away.normalize() * depth)),
+                spin: wall_spin(&motion),
                 body: None,
                 material: wall.material,
             });
         }
+    }
+
+    /// Motion of a wall as the pass of this step sees it.
+    fn seen(&self, wall: usize, motion: Motion) -> Motion {
+        let rests = self.model.walls[wall].rests_at_set_up(self.model.plan.scheme);
+        if self.steps == 0 && rests { Motion::Still } else { motion }
     }
 
     /// How far back the beginning of the step lies, s.

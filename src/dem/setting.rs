@@ -143,6 +143,15 @@ impl<'a> Setting<'a> {
         }
     }
 
+    /// Walls lose the velocity that the solver of this scheme does not give them in its set-up pass.
+    pub fn rest_for_set_up(&mut self) {
+        for (now, wall) in self.walls.iter_mut().zip(&self.model.walls) {
+            if wall.rests_at_set_up(self.scheme) {
+                now.motion = Motion::Still;
+            }
+        }
+    }
+
     /// Where the point of wall `wall` is at `time` that was at `point` at time 0; walls that
     /// oscillate or seek a force are where they were placed last.
     pub fn wall_place(&self, wall: usize, point: &Vec3, time: f64) -> Vec3 {

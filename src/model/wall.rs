@@ -18,6 +18,45 @@ pub struct Wall {
     pub material: u16,
 }
 
+impl Wall {
+    /// True for a plane whose motion keeps it in its place: sliding along itself or
+    /// turning about its own normal.
+    pub fn stays_in_plane(&self) -> bool {
+        let WallShape::Plane { normal, .. } = &self.shape else { return false };
+        match &self.motion {
+            Motion::Still => true,
+            Motion::Translate { velocity } => normal.dot(velocity) == 0.0,
+            Motion::Oscillate { .. } | Motion::Servo { .. } => false,
+            Motion::Rotate { axis, .. } => axis.cross(normal).norm() == 0.0,
+        }
+    }
+
+    /// True for a plane along an axis that is at rest or slides along one axis of its own: what
+    /// LIGGGHTS and LAMMPS have as a primitive wall.
+    pub fn is_primitive(&self) -> bool {
+        let Some((axis, _, _)) = self.shape.axis_plane() else { return false };
+        match self.motion {
+            Motion::Still => true,
+            Motion::Translate { velocity } => {
+                let moving: Vec<usize> = (0..3).filter(|a| velocity[*a] != 0.0).collect();
+                moving.is_empty() || (moving.len() == 1 && moving[0] != axis)
+            }
+            Motion::Rotate { rate, .. } => rate == 0.0,
+            Motion::Oscillate { .. } | Motion::Servo { .. } => false,
+        }
+    }
+
+    /// True if the solver of `scheme` gives this wall its velocity only after the set-up force
+    /// pass: LIGGGHTS where `fix move/mesh` moves it, LAMMPS where a region moves.
+    pub fn rests_at_set_up(&self, scheme: super::Scheme) -> bool {
+        match scheme {
+            super::Scheme::Liggghts => self.motion.moves() && !self.stays_in_plane(),
+            super::Scheme::Lammps => self.motion.moves() && !self.is_primitive(),
+            _ => false,
+        }
+    }
+}
+
 /// Surface of a wall. Both sides of either kind act on spheres.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum WallShape {

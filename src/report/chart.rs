@@ -11,7 +11,7 @@ use std::fmt::Write;
 
 /// Width of every chart, in SVG units.
 const WIDTH: f64 = 640.0;
-const LEFT: f64 = 70.0;
+const LEFT: f64 = 78.0;
 const RIGHT: f64 = 16.0;
 const TOP: f64 = 14.0;
 /// Decades that a logarithmic axis shows at most; smaller values are left out.
@@ -48,10 +48,52 @@ impl Axis {
 pub struct Series {
     /// Name in the legend.
     pub name: String,
-    /// x and y.
+    /// x and y; intervals where made by [`Series::intervals`].
     pub points: Vec<(f64, f64)>,
     /// Draw a dot at each point: for measurements rather than histories.
     pub dots: bool,
+}
+
+impl Series {
+    /// Values with intervals: x, value, half of the interval. Each is four points: the value, both
+    /// ends, and one that is not finite.
+    pub fn intervals(name: &str, values: impl Iterator<Item = (f64, f64, f64)>) -> Self {
+        let ends = values.map(|(x, y, half)| (x, y, y - half, y + half));
+        Self::with_ends(name, ends)
+    }
+
+    /// Values with bars that reach up: x, value, upper end.
+    pub fn up_to(name: &str, values: impl Iterator<Item = (f64, f64, f64)>) -> Self {
+        Self::with_ends(name, values.map(|(x, y, top)| (x, y, y, top)))
+    }
+
+    fn with_ends(name: &str, values: impl Iterator<Item = (f64, f64, f64, f64)>) -> Self {
+        let points = values
+            .flat_map(|(x, y, low, high)| [(x, y), (x, low), (x, high), (f64::NAN, f64::NAN)]);
+        Self { name: name.into(), points: points.collect(), dots: true }
+    }
+
+    /// Points without the ends of intervals.
+    fn values(&self) -> Vec<(f64, f64)> {
+        match self.ends() {
+            Some(ends) => ends.iter().map(|[value, _, _]| *value).collect(),
+            None => self.points.clone(),
+        }
+    }
+
+    /// Values and the ends of their intervals, if this is a series of intervals.
+    fn ends(&self) -> Option<Vec<[(f64, f64); 3]>> {
+        let (quads, rest) = self.points.as_chunks::<4>();
+        let sound = |q: &[(f64, f64); 4]| {
+            q[0].0 == q[1].0
+                && q[0].0 == q[2].0
+                && q[3].0.is_nan()
+                && q[1].1 <= q[0].1
+                && q[0].1 <= q[2].1
+        };
+        let all = !quads.is_empty() && rest.is_empty() && quads.iter().all(sound);
+        all.then(|| quads.iter().map(|[value, low, high, _]| [*value, *low, *high]).collect())
+    }
 }
 
 /// A chart of lines.
@@ -162,7 +204,11 @@ impl Scale {
                 .filter(|(part, power)| *power < high || *part == 1.0)
                 .map(|(part, power)| {
                     let text = power_of_ten(power);
-                    let text = if part == 1.0 { text } else { format!("{part} · {text}") };
+                    let text = match (part == 1.0, power) {
+                        (true, _) => text,
+                        (false, 0) => part.to_string(),
+                        (false, _) => format!("{part} · {text}"),
+                    };
                     (part * 10_f64.powi(power), text)
                 })
                 .collect();
@@ -251,19 +297,24 @@ impl Chart {
         if let Some((value, name)) = self.mark.as_ref().filter(|(value, _)| y.shows(*value)) {
             mark(&mut svg, y.place(*value), name);
         }
+        let colour = |index: usize| SERIES[index % SERIES.len()];
+        let drawn: Vec<Vec<(f64, f64)>> = self.series.iter().map(Series::values).collect();
         for (index, series) in self.series.iter().enumerate() {
-            for path in paths(&series.points, &x, &y) {
+            for ends in series.ends().iter().flatten() {
+                whisker(&mut svg, ends, &x, &y, colour(index));
+            }
+            for path in paths(&drawn[index], &x, &y) {
                 // Writing into a String cannot fail.
                 let _ = write!(
                     svg,
                     r#"<polyline fill="none" stroke="{}" stroke-width="1.8" stroke-linejoin="round"{} points="{path}"/>"#,
-                    SERIES[index % SERIES.len()],
+                    colour(index),
                     dash(index),
                 );
             }
         }
-        for (index, series) in self.series.iter().enumerate().filter(|(_, s)| s.dots) {
-            dots(&mut svg, &series.points, &x, &y, SERIES[index % SERIES.len()]);
+        for (index, points) in drawn.iter().enumerate().filter(|(i, _)| self.series[*i].dots) {
+            dots(&mut svg, points, &x, &y, colour(index));
         }
         for (row, entries) in legend.iter().enumerate() {
             for (index, left) in entries {
@@ -332,6 +383,22 @@ fn dots(svg: &mut String, points: &[(f64, f64)], x: &Scale, y: &Scale, colour: &
         let (cx, cy) = (c(x.place(*px)), c(y.place(*py)));
         let _ = write!(svg, r#"<circle cx="{cx}" cy="{cy}" r="3.4" fill="{colour}"/>"#);
     }
+}
+
+/// The bar of an interval with its ends; an end that the chart cannot show is cut at the value.
+fn whisker(svg: &mut String, ends: &[(f64, f64); 3], x: &Scale, y: &Scale, colour: &str) {
+    let [value, low, high] = ends;
+    if !(x.shows(value.0) && y.shows(value.1)) {
+        return;
+    }
+    let at = |end: f64| c(y.place(if y.shows(end) { end } else { value.1 }));
+    let (left, right) = (c(x.place(value.0) - 4.0), c(x.place(value.0) + 4.0));
+    let (place, low, high) = (c(x.place(value.0)), at(low.1), at(high.1));
+    // Writing into a String cannot fail.
+    let _ = write!(
+        svg,
+        r#"<path stroke="{colour}" stroke-width="1.4" d="M{left} {low}H{right}M{place} {low}V{high}M{left} {high}H{right}"/>"#
+    );
 }
 
 fn mark(svg: &mut String, at: f64, name: &str) {
@@ -511,6 +578,21 @@ pub(super) mod tests {
             }
         }
         assert_eq!(Chart { mark: None, ..chart(false, vec![]) }.svg(), None);
+    }
+
+    #[test]
+    fn intervals_are_bars_with_a_dot() {
+        let values = [(1.0, 0.5, 0.2), (2.0, -0.1, 0.3)];
+        let mut all = chart(false, vec![]);
+        all.series = vec![Series::intervals("a", values.into_iter())];
+        let svg = all.svg().expect("two values");
+        assert_balanced(&svg);
+        assert_eq!((svg.matches("<circle").count(), svg.matches("<polyline").count()), (2, 1));
+        assert_eq!(svg.matches(r#"stroke-width="1.4""#).count(), 2);
+        all.y = Axis::log("error", "");
+        all.series = vec![Series::up_to("a", [(1.0, 0.5, 0.9)].into_iter())];
+        let svg = all.svg().expect("one value");
+        assert_eq!(svg.matches(r#"stroke-width="1.4""#).count(), 1);
     }
 
     #[test]

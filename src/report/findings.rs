@@ -11,6 +11,9 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use tera::{Context, Tera};
 
+/// Pictures up to which they stand among the charts.
+const FEW: usize = 12;
+
 /// What a study found.
 #[derive(Debug, Clone, Default)]
 pub struct Findings {
@@ -190,9 +193,18 @@ impl Findings {
     fn page(&self, command: &str) -> Result<String, ReportError> {
         let mut figures: Vec<Figure> =
             self.charts.iter().filter_map(|(_, chart)| Figure::chart(chart)).collect();
-        for (_, title, caption, picture) in &self.pictures {
-            figures.push(Figure::picture(picture, title, caption)?);
-        }
+        let pictures = self
+            .pictures
+            .iter()
+            .map(|(_, title, caption, picture)| Figure::picture(picture, title, caption))
+            .collect::<Result<Vec<_>, _>>()?;
+        // Many pictures are small and stand apart.
+        let gallery = if pictures.len() > FEW {
+            pictures
+        } else {
+            figures.extend(pictures);
+            Vec::new()
+        };
         let tables: Vec<Entry> = self
             .tables
             .iter()
@@ -209,6 +221,7 @@ impl Findings {
         context.insert("question", &self.question);
         context.insert("remarks", &self.remarks);
         context.insert("figures", &figures);
+        context.insert("gallery", &gallery);
         context.insert("tables", &tables);
         context.insert("command", command);
         let mut tera = Tera::default();

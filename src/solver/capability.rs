@@ -246,11 +246,11 @@ pub const FEATURES: &[Feature] = &[
         there: |n| n.sliding_walls,
         abilities: [
             Approximate(
-                "moving meshes and pistons have no velocity in the set-up pass: exact unless they touch at the start",
+                "moving meshes and pistons have no velocity in the set-up pass, which counts where they touch at the start; exact in scheme `liggghts`",
             ),
             Exact,
             Approximate(
-                "pistons are moving regions without velocity in the set-up pass: exact unless they touch at the start",
+                "pistons are moving regions without velocity in the set-up pass, which counts where they touch at the start; exact in scheme `lammps`",
             ),
         ],
     },
@@ -279,11 +279,56 @@ pub const FEATURES: &[Feature] = &[
         there: |n| n.turning_walls,
         abilities: [
             Approximate(
-                "moving meshes and pistons have no velocity in the set-up pass: exact unless they touch at the start",
+                "moving meshes and pistons have no velocity in the set-up pass, which counts where they touch at the start; exact in scheme `liggghts`",
             ),
             Exact,
             Impossible(
                 "walls that turn: riprap writes no turning LAMMPS walls; use LIGGGHTS or YADE",
+            ),
+        ],
+    },
+    Feature {
+        what: "grains inserted over time",
+        there: |_| false,
+        abilities: [
+            Impossible(
+                "scenes have no insertion: `fix insert/stream` draws places from random numbers of its own, so no other code could repeat the run; pack all grains (`packing`) or hand over a settled state",
+            ),
+            Impossible(
+                "scenes have no insertion: `SpheresFactory` draws places from random numbers of its own, so no other code could repeat the run; pack all grains or hand over a settled state",
+            ),
+            Impossible(
+                "scenes have no insertion: `fix pour` draws places from random numbers of its own, so no other code could repeat the run; pack all grains or hand over a settled state",
+            ),
+        ],
+    },
+    Feature {
+        what: "restarts in the middle of a run",
+        there: |_| false,
+        abilities: [
+            Impossible(
+                "decks write no restarts: going on repeats the set-up pass with full-step velocities and moves what touches (2e-8 m seen); run the deck in one piece, or use `riprap run --resume`",
+            ),
+            Impossible(
+                "decks write no `O.save`: clump members and contact lists are rebuilt on loading; run the deck in one piece, or use `riprap run --resume`",
+            ),
+            Impossible(
+                "decks write no restarts: going on repeats the set-up pass; run the deck in one piece, or use `riprap run --resume`",
+            ),
+        ],
+    },
+    Feature {
+        what: "a state with its tangential springs",
+        there: |_| false,
+        abilities: [
+            Impossible(
+                "data files have no contact history: places, velocities and spins are handed over, springs begin at zero (`--lock-step` starts our own DEM the same way)",
+            ),
+            Impossible(
+                "the deck hands over places, velocities and spins; springs begin at zero (`--lock-step` starts our own DEM the same way)",
+            ),
+            Impossible(
+                "data files have no contact history: springs begin at zero (`--lock-step` starts our own DEM the same way)",
             ),
         ],
     },
@@ -413,7 +458,11 @@ mod tests {
             "materials in pairs"
             | "liquid bridges"
             | "molecular potentials"
-            | "electrostatic forces" => return None,
+            | "electrostatic forces"
+            // What no scene can ask for.
+            | "grains inserted over time"
+            | "restarts in the middle of a run"
+            | "a state with its tangential springs" => return None,
             other => panic!("no example for {other}"),
         }
         Some(model)

@@ -1,10 +1,12 @@
 //! A deck: a folder of files that a solver runs as they are, written whole or not at all.
 
 use super::left_out::{LeftOut, left_out};
+use super::table::{self, Table};
 use super::{Limit, LimitKind, Solver, SolverError, finite, templates};
 use crate::model::Model;
 use serde::Serialize;
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// How a deck is to be run.
@@ -154,13 +156,19 @@ impl Queue {
 }
 
 /// A deck on its way: what is written into its folder at the end.
-#[derive(Debug)]
-pub struct Draft {
+pub struct Draft<'a> {
     limits: Vec<Limit>,
-    files: Vec<(String, String)>,
+    files: Vec<File<'a>>,
 }
 
-impl Draft {
+/// A file of a deck: its text, and the tables that it has room for.
+struct File<'a> {
+    name: String,
+    text: String,
+    tables: Vec<Table<'a>>,
+}
+
+impl<'a> Draft<'a> {
     /// An empty deck of `model`.
     ///
     /// # Errors
@@ -192,7 +200,19 @@ impl Draft {
         template: &str,
         values: &impl Serialize,
     ) -> Result<(), SolverError> {
-        self.files.push((name.into(), templates::render(template, values)?));
+        self.add_tables(name, template, values, Vec::new())
+    }
+
+    /// Adds a file made from a template that has room for tables, which are written row by row.
+    pub fn add_tables(
+        &mut self,
+        name: impl Into<String>,
+        template: &str,
+        values: &impl Serialize,
+        tables: Vec<Table<'a>>,
+    ) -> Result<(), SolverError> {
+        let text = templates::render(template, values)?;
+        self.files.push(File { name: name.into(), text, tables });
         Ok(())
     }
 
@@ -204,17 +224,18 @@ impl Draft {
         options: &DeckOptions,
     ) -> Result<Deck, SolverError> {
         if options.queue_script {
-            self.files.push(("job.slurm".to_owned(), Queue::render(model, options.ranks)?));
+            let text = Queue::render(model, options.ranks)?;
+            self.files.push(File { name: "job.slurm".to_owned(), text, tables: Vec::new() });
         }
         write_folder(folder, &self.files)?;
-        let files = self.files.into_iter().map(|(name, _)| name).collect();
+        let files = self.files.into_iter().map(|file| file.name).collect();
         Ok(Deck { folder: folder.to_owned(), files, ranks: options.ranks, limits: self.limits })
     }
 }
 
-/// Writes `files` (name, text) as `folder`: into a temporary folder beside it
+/// Writes `files` as `folder`: into a temporary folder beside it
 /// first, which then takes its place.
-fn write_folder(folder: &Path, files: &[(String, String)]) -> Result<(), SolverError> {
+fn write_folder(folder: &Path, files: &[File<'_>]) -> Result<(), SolverError> {
     let name = folder.file_name().ok_or_else(|| {
         SolverError::Options(format!("{} is not a folder that can be made", folder.display()))
     })?;
@@ -233,14 +254,17 @@ fn write_folder(folder: &Path, files: &[(String, String)]) -> Result<(), SolverE
     written
 }
 
-fn fill(folder: &Path, files: &[(String, String)]) -> Result<(), SolverError> {
+fn fill(folder: &Path, files: &[File<'_>]) -> Result<(), SolverError> {
     if folder.exists() {
         fs::remove_dir_all(folder).map_err(SolverError::io(folder))?;
     }
     fs::create_dir(folder).map_err(SolverError::io(folder))?;
-    for (name, text) in files {
+    for File { name, text, tables } in files {
         let path = folder.join(name);
-        fs::write(&path, text).map_err(SolverError::io(&path))?;
+        let file = fs::File::create(&path).map_err(SolverError::io(&path))?;
+        let mut out = std::io::BufWriter::with_capacity(1 << 16, file);
+        table::write(&mut out, text, tables)?;
+        out.flush().map_err(SolverError::io(&path))?;
         if name.ends_with(".sh") {
             make_executable(&path)?;
         }
@@ -285,7 +309,12 @@ mod tests {
     fn a_deck_replaces_a_deck_and_nothing_else() {
         let room = tempfile::tempdir().expect("temporary folder");
         let folder = room.path().join("decks/liggghts");
-        let files = |text: &str| vec![("run.sh".to_owned(), text.to_owned())];
+        let file = |name: &str, text: &str| File {
+            name: name.to_owned(),
+            text: text.to_owned(),
+            tables: Vec::new(),
+        };
+        let files = |text: &str| vec![file("run.sh", text)];
         write_folder(&folder, &files("one")).expect("written");
         write_folder(&folder, &files("two")).expect("replaced");
         assert_eq!(fs::read_to_string(folder.join("run.sh")).expect("there"), "two");

@@ -19,7 +19,9 @@ mod process;
 mod program;
 mod reading;
 pub mod rigid_masses;
+mod single;
 mod surface;
+mod table;
 pub mod templates;
 pub mod yade;
 

@@ -2,7 +2,7 @@
 //! a moving wall sweeps.
 
 use crate::geometry::{Bounds, Mesh};
-use crate::model::{Motion, Wall, WallShape};
+use crate::model::Motion;
 use crate::num::Vec3;
 
 /// The part of the plane through `point` with unit `normal` that lies in
@@ -78,18 +78,6 @@ fn clipped(polygon: &[Vec3], side: impl Fn(&Vec3) -> f64) -> Vec<Vec3> {
         }
     }
     kept
-}
-
-/// True for a plane whose motion keeps it in its place: sliding along itself or
-/// turning about its own normal.
-pub fn stays_in_plane(wall: &Wall) -> bool {
-    let WallShape::Plane { normal, .. } = &wall.shape else { return false };
-    match &wall.motion {
-        Motion::Still => true,
-        Motion::Translate { velocity } => normal.dot(velocity) == 0.0,
-        Motion::Oscillate { .. } | Motion::Servo { .. } => false,
-        Motion::Rotate { axis, .. } => axis.cross(normal).norm() == 0.0,
-    }
 }
 
 /// The box around everything that `mesh` sweeps in `time`. For rotations: whole turns.

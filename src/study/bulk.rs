@@ -10,6 +10,7 @@
 //! difference lies within ±2 % of the mean (two one-sided tests at 5 %, Schuirmann 1987).
 //! Cost: O(spheres × steps) a run.
 
+use super::equivalence::{deviation, interval};
 use super::{Effort, StudyError, go_on, models};
 use crate::dem;
 use crate::model::{Contact, Model, Motion, Outcome, Run, Scheme};
@@ -268,29 +269,6 @@ fn shape(places: &[Vec3]) -> [f64; 2] {
     [root_mean_square(&squares).unwrap_or(f64::NAN), centre.z]
 }
 
-fn deviation(values: &[f64]) -> f64 {
-    let middle = mean(values).unwrap_or(f64::NAN);
-    let squares: f64 = values.iter().map(|value| (value - middle).powi(2)).sum();
-    (squares / (values.len() as f64 - 1.0)).sqrt()
-}
-
-/// Mean and half width of its two-sided 90 % confidence interval.
-fn interval(values: &[f64]) -> (f64, f64) {
-    let count = values.len() as f64;
-    (mean(values).unwrap_or(f64::NAN), student(count - 1.0) * deviation(values) / count.sqrt())
-}
-
-/// 95 % quantile of Student's t (Abramowitz & Stegun 26.7.5; off by less than 0.5 % from 4 on).
-fn student(freedom: f64) -> f64 {
-    let z = 1.644_853_627_f64;
-    let powers = [
-        (z.powi(3) + z) / 4.0,
-        (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / 96.0,
-        (3.0 * z.powi(7) + 19.0 * z.powi(5) + 17.0 * z.powi(3) - 15.0 * z) / 384.0,
-    ];
-    powers.iter().zip(1..).fold(z, |t, (power, n)| t + power / freedom.powi(n))
-}
-
 /// Root mean square of the distances of two sets of places.
 fn distance(a: &[Vec3], b: &[Vec3]) -> f64 {
     let all: Vec<f64> = a.iter().zip(b).map(|(a, b)| (a - b).norm()).collect();
@@ -351,13 +329,6 @@ fn block(size: &Size, scheme: Scheme, per_contact: f64, seed: u64, duration: f64
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn quantiles_of_student() {
-        for (freedom, known) in [(5.0, 2.015), (10.0, 1.8125), (23.0, 1.7139)] {
-            assert!((student(freedom) / known - 1.0).abs() < 5e-3, "{freedom}");
-        }
-    }
 
     #[test]
     fn the_averaged_scheme_is_closer_at_a_fifth_of_the_steps() {

@@ -6,6 +6,8 @@
 mod bulk;
 mod clump;
 mod contact;
+mod ensembles;
+mod equivalence;
 mod limit;
 pub mod matrix;
 mod models;
@@ -84,6 +86,11 @@ pub const STUDIES: &[Study] = &[
         key: "bulk",
         summary: "a collapse: distance from the converged motion over step and CPU time, and the heap over seeds",
         run: bulk::study,
+    },
+    Study {
+        key: "ensembles",
+        summary: "three bulk scenes over seeds: statistical error of our schemes and the outside solvers, equivalence, CPU time",
+        run: ensembles::study,
     },
     Study {
         key: "limit",

@@ -1,11 +1,8 @@
 //! What LAMMPS 29 Sep 2021 cannot express or does in its own way.
 
 use super::values;
-use crate::model::{Arm, Coulomb, History, Lost, Model, Motion, WallShape};
-use crate::solver::{Limit, capability, finite};
-
-/// Relative difference up to which a single sphere's inertia counts as its own.
-const ROUNDING: f64 = 1e-9;
+use crate::model::{Arm, Coulomb, History, Lost, Model, Motion, Scheme};
+use crate::solver::{Limit, capability, finite, single};
 
 /// All limits of `model`.
 pub fn of(model: &Model) -> Vec<Limit> {
@@ -16,7 +13,7 @@ pub fn of(model: &Model) -> Vec<Limit> {
     let mut limits = Vec::new();
     features(model, &mut limits);
     law(model, &mut limits);
-    bodies(model, &mut limits);
+    limits.extend(single::limits(model, "LAMMPS"));
     walls(model, &mut limits);
     limits
 }
@@ -95,43 +92,18 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
     }
 }
 
-fn bodies(model: &Model, limits: &mut Vec<Limit>) {
-    let needs = model.needs();
-    for (index, body) in model.bodies.iter().enumerate() {
-        if body.sphere_count != 1 {
-            continue;
-        }
-        let sphere = &model.spheres_of(index)[0];
-        if sphere.offset.norm() > 0.0 {
-            limits.push(Limit::refused(format!(
-                "body {index} is one sphere whose centre is not its centre of mass"
-            )));
-        }
-        let factor = if needs.discs { 0.5 } else { 0.4 };
-        let own = factor * body.mass * sphere.radius.powi(2);
-        let axes = if needs.discs { 2..3 } else { 0..3 };
-        let wrong = axes.into_iter().any(|a| (body.inertia[a] - own).abs() > ROUNDING * own);
-        if needs.rotation && wrong {
-            limits.push(Limit::refused(format!(
-                "body {index} is one sphere whose moment of inertia is not {factor} m R^2, which LAMMPS computes with"
-            )));
-        }
-    }
-}
-
 fn walls(model: &Model, limits: &mut Vec<Limit>) {
     for wall in &model.walls {
-        let plane = matches!(wall.shape, WallShape::Plane { .. });
         if matches!(wall.motion, Motion::Oscillate { .. }) {
             limits.push(Limit::refused(format!(
                 "wall `{}` oscillates: riprap writes no such LAMMPS walls; use LIGGGHTS or YADE",
                 wall.name
             )));
         }
-        let pushes = matches!(wall.motion, Motion::Translate { velocity } if velocity.norm() > 0.0);
-        if plane && pushes && !values::is_primitive(wall) {
+        let region = matches!(wall.motion, Motion::Translate { .. }) && !wall.is_primitive();
+        if region && model.plan.scheme != Scheme::Lammps {
             limits.push(Limit::differs(format!(
-                "wall `{}`: in the set-up pass the moving region has no velocity yet",
+                "wall `{}` has no velocity in the set-up pass: what touches it at the start feels its motion one step later",
                 wall.name
             )));
         }

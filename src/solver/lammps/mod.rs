@@ -69,10 +69,13 @@ impl Solver for Lammps {
         let mut draft = Draft::new(self, model, options)?;
         let script = values::Script::new(self, model, options, draft.limits());
         draft.add("in.lammps", "lammps/in.lammps", &script)?;
-        draft.add("spheres.data", "lammps/spheres.data", &values::Data::new(model))?;
+        let (data, atoms) = (values::Data::new(model), values::atoms(model));
+        let tables = vec![atoms, values::velocities(model), values::molecules(model)];
+        draft.add_tables("spheres.data", "lammps/spheres.data", &data, tables)?;
         draft.add("run.sh", "lammps/run.sh", &values::Start::new(options))?;
         if model.needs().clumps {
-            draft.add("rigid.inf", "lammps/rigid.inf", &values::Rigid::new(model))?;
+            let (rigid, table) = (values::Rigid::new(model), values::rigid(model));
+            draft.add_tables("rigid.inf", "lammps/rigid.inf", &rigid, vec![table])?;
         }
         draft.finish(model, folder, options)
     }

@@ -1,9 +1,10 @@
 //! The values that the LAMMPS templates print: one struct a template.
 
 use crate::geometry::Bounds;
-use crate::model::{Contact, Model, Motion, Needs, Wall, WallShape};
+use crate::model::{Contact, Model, Motion, Needs, WallShape};
 use crate::num::{Mat3, Vec3};
 use crate::solver::deck::{DeckOptions, Header};
+use crate::solver::table::{Cell, Table};
 use crate::solver::{Limit, Solver};
 use serde::Serialize;
 use std::f64::consts::PI;
@@ -122,21 +123,6 @@ fn law(contact: &Contact, friction: bool, tension: bool) -> String {
     )
 }
 
-/// True for a wall that `fix wall/gran` has: a plane along an axis, at rest or sliding along
-/// one axis of its own.
-pub fn is_primitive(wall: &Wall) -> bool {
-    let Some((axis, _, _)) = wall.shape.axis_plane() else { return false };
-    match wall.motion {
-        Motion::Still => true,
-        Motion::Translate { velocity } => {
-            let moving: Vec<usize> = (0..3).filter(|a| velocity[*a] != 0.0).collect();
-            moving.is_empty() || (moving.len() == 1 && moving[0] != axis)
-        }
-        Motion::Rotate { rate, .. } => rate == 0.0,
-        Motion::Oscillate { .. } | Motion::Servo { .. } => false,
-    }
-}
-
 fn walls(model: &Model) -> Vec<WallValues> {
     let (needs, materials) = (model.needs(), body_materials(model));
     let mut all = Vec::new();
@@ -156,7 +142,7 @@ fn walls(model: &Model) -> Vec<WallValues> {
                 name: wall.name.clone(),
                 material: if materials.len() > 1 { type_number(*material) } else { 0 },
                 law: law(contact, needs.friction, model.plan.law.tension),
-                primitive: is_primitive(wall),
+                primitive: wall.is_primitive(),
                 axis: AXES[axis],
                 low: low.clone(),
                 high: high.clone(),
@@ -232,71 +218,84 @@ impl Script {
     }
 }
 
-/// Values of `spheres.data`.
+/// Values of `spheres.data` besides its tables.
 #[derive(Debug, Serialize)]
 pub struct Data {
     needs: Needs,
     types: usize,
     sides: Vec<(&'static str, f64, f64)>,
-    /// Id, type, diameter, density, x, y, z.
-    atoms: Vec<(usize, usize, f64, f64, f64, f64, f64)>,
-    /// Id, velocity, angular velocity.
-    velocities: Vec<(usize, f64, f64, f64, f64, f64, f64)>,
-    /// Id, number of the clump or 0.
-    molecules: Vec<(usize, usize)>,
+    atoms: usize,
+    moves: bool,
 }
 
 impl Data {
-    /// Reads a model. LAMMPS computes masses from densities as of spheres, discs too.
+    /// Reads a model.
     pub fn new(model: &Model) -> Self {
-        let needs = model.needs();
         let bounds = simulation_box(model);
-        let centres = model.sphere_centres(&model.initial_states());
-        let mut data = Self {
-            needs,
+        Self {
+            needs: model.needs(),
             types: model.materials.len(),
             sides: (0..3).map(|a| (AXES[a], bounds.low[a], bounds.high[a])).collect(),
-            atoms: Vec::with_capacity(model.spheres.len()),
-            velocities: Vec::with_capacity(model.spheres.len()),
-            molecules: Vec::new(),
-        };
-        let mut molecule = 0;
+            atoms: model.spheres.len(),
+            moves: model.bodies.iter().any(|b| b.velocity.amax() > 0.0 || b.spin.amax() > 0.0),
+        }
+    }
+}
+
+/// All spheres. LAMMPS computes masses from densities as of spheres, discs too.
+pub fn atoms(model: &Model) -> Table<'_> {
+    let columns = &["id", "type", "diameter", "density", "x", "y", "z"];
+    Table::new("atoms", columns, move |rows| {
+        let flat = model.needs().discs;
         for (index, body) in model.bodies.iter().enumerate() {
-            let clump = body.sphere_count > 1;
-            molecule += usize::from(clump);
-            let volume: f64 = model.spheres_of(index).iter().map(|s| s.radius.powi(3)).sum();
+            let spheres = model.spheres_of(index);
+            let volume: f64 = spheres.iter().map(|s| s.radius.powi(3)).sum();
             // Of clumps the masses of single spheres act on nothing: shares by volume.
             let density = body.mass / (4.0 / 3.0 * PI * volume);
-            for local in 0..body.sphere_count {
-                let sphere = (body.first_sphere + local) as usize;
-                let (x, r) = (&centres[sphere], model.spheres[sphere].radius);
-                let z = if needs.discs { 0.0 } else { x.z };
-                data.atoms.push((
-                    sphere + 1,
-                    type_number(body.material),
-                    2.0 * r,
-                    density,
-                    x.x,
-                    x.y,
-                    z,
-                ));
-                // The set-up pass takes these; later fix rigid has its own of clumps.
-                let v = body.velocity + body.spin.cross(&(x - body.position));
-                let w = &body.spin;
-                data.velocities.push((sphere + 1, v.x, v.y, v.z, w.x, w.y, w.z));
-                if needs.clumps {
-                    data.molecules.push((sphere + 1, if clump { molecule } else { 0 }));
-                }
+            for (sphere, id) in spheres.iter().zip(body.first_sphere as usize + 1..) {
+                let place = body.position + body.orientation * sphere.offset;
+                let z = if flat { 0.0 } else { place.z };
+                let numbers = [2.0 * sphere.radius, density, place.x, place.y, z];
+                let [d, density, x, y, z] = numbers.map(Cell::from);
+                rows.put(&[id.into(), type_number(body.material).into(), d, density, x, y, z])?;
             }
         }
-        let moves = |m: &(usize, f64, f64, f64, f64, f64, f64)| {
-            [m.1, m.2, m.3, m.4, m.5, m.6].iter().any(|v| *v != 0.0)
-        };
-        if !data.velocities.iter().any(moves) {
-            data.velocities.clear();
+        Ok(())
+    })
+}
+
+/// Velocities and angular velocities of all spheres. The set-up pass takes these; later fix
+/// rigid has its own of clumps.
+pub fn velocities(model: &Model) -> Table<'_> {
+    Table::new("velocities", &["id", "vx", "vy", "vz", "wx", "wy", "wz"], move |rows| {
+        for (index, body) in model.bodies.iter().enumerate() {
+            let spheres = model.spheres_of(index);
+            for (sphere, id) in spheres.iter().zip(body.first_sphere as usize + 1..) {
+                let place = body.position + body.orientation * sphere.offset;
+                let v = body.velocity + body.spin.cross(&(place - body.position));
+                let w = &body.spin;
+                let [x, y, z, u, v, w] = [v.x, v.y, v.z, w.x, w.y, w.z].map(Cell::from);
+                rows.put(&[id.into(), x, y, z, u, v, w])?;
+            }
         }
-        data
-    }
+        Ok(())
+    })
+}
+
+/// Number of the clump of every sphere, 0 for none.
+pub fn molecules(model: &Model) -> Table<'_> {
+    Table::new("molecules", &["id", "molecule"], move |rows| {
+        let mut molecule = 0;
+        for body in &model.bodies {
+            let clump = body.sphere_count > 1;
+            molecule += usize::from(clump);
+            let first = body.first_sphere as usize + 1;
+            for id in first..first + body.sphere_count as usize {
+                rows.put(&[id.into(), if clump { molecule } else { 0 }.into()])?;
+            }
+        }
+        Ok(())
+    })
 }
 
 /// The domain and two radii around it.
@@ -319,35 +318,43 @@ pub fn missed_kick(model: &Model) -> Vec3 {
     kick
 }
 
-/// Values of `rigid.inf`: molecule; mass, centre, Ixx Iyy Izz Ixy Ixz Iyz, velocity, angular
-/// momentum.
+/// Values of `rigid.inf` besides its table.
 #[derive(Debug, Serialize)]
 pub struct Rigid {
-    bodies: Vec<(usize, Vec<f64>)>,
+    bodies: usize,
 }
 
 impl Rigid {
-    /// Reads the clumps of a model.
+    /// Reads a model.
     pub fn new(model: &Model) -> Self {
-        let clumps = model.bodies.iter().filter(|body| body.sphere_count > 1);
-        let bodies = clumps
-            .enumerate()
-            .map(|(number, body)| {
-                let axes = body.orientation.to_rotation_matrix();
-                let tensor =
-                    axes.matrix() * Mat3::from_diagonal(&body.inertia) * axes.matrix().transpose();
-                let (x, l) = (&body.position, tensor * body.spin);
-                let v = body.velocity + missed_kick(model);
-                let z = if model.needs().discs { 0.0 } else { x.z };
-                let mut row = vec![body.mass, x.x, x.y, z];
-                row.extend([tensor.m11, tensor.m22, tensor.m33]);
-                row.extend([tensor.m12, tensor.m13, tensor.m23]);
-                row.extend([v.x, v.y, v.z, l.x, l.y, l.z]);
-                (number + 1, row)
-            })
-            .collect();
-        Self { bodies }
+        Self { bodies: model.bodies.iter().filter(|body| body.sphere_count > 1).count() }
     }
+}
+
+/// Mass properties, velocities and angular momenta of clumps, space axes.
+pub fn rigid(model: &Model) -> Table<'_> {
+    const COLUMNS: &[&str] = &[
+        "id", "mass", "x", "y", "z", "ixx", "iyy", "izz", "ixy", "ixz", "iyz", "vx", "vy", "vz",
+        "lx", "ly", "lz",
+    ];
+    Table::new("bodies", COLUMNS, move |rows| {
+        let (kick, flat) = (missed_kick(model), model.needs().discs);
+        let clumps = model.bodies.iter().filter(|body| body.sphere_count > 1);
+        for (number, body) in clumps.enumerate() {
+            let axes = body.orientation.to_rotation_matrix();
+            let i = axes.matrix() * Mat3::from_diagonal(&body.inertia) * axes.matrix().transpose();
+            let (x, v, l) = (&body.position, body.velocity + kick, i * body.spin);
+            let z = if flat { 0.0 } else { x.z };
+            let row = [
+                body.mass, x.x, x.y, z, i.m11, i.m22, i.m33, i.m12, i.m13, i.m23, v.x, v.y, v.z,
+                l.x, l.y, l.z,
+            ];
+            let mut cells = [Cell::Count(number + 1); 17];
+            cells[1..].copy_from_slice(&row.map(Cell::Number));
+            rows.put(&cells)?;
+        }
+        Ok(())
+    })
 }
 
 /// Values of `run.sh`.

@@ -5,7 +5,7 @@ use crate::geometry::Mesh;
 use crate::model::extra::{Cohesion, Rolling};
 use crate::model::{Arm, Coulomb, History, Lost, Model, Motion, PairForces, Scheme, WallShape};
 use crate::solver::mesh_check::{MeshFacts, inspect};
-use crate::solver::{Limit, capability, finite};
+use crate::solver::{Limit, capability, finite, single};
 
 /// Smallest angle of a mesh triangle that LIGGGHTS takes with its default
 /// `curvature`, rad (0.256235 degrees).
@@ -14,8 +14,6 @@ pub const DEFAULT_CURVATURE: f64 = 0.256_235 / 180.0 * std::f64::consts::PI;
 const HARD_CURVATURE: f64 = 0.0573 / 180.0 * std::f64::consts::PI;
 /// Most triangles that may share one edge.
 const MOST_ON_AN_EDGE: usize = 6;
-/// Relative difference up to which a single sphere's inertia counts as its own.
-const ROUNDING: f64 = 1e-9;
 
 /// All limits of `model`.
 pub fn of(model: &Model) -> Vec<Limit> {
@@ -25,7 +23,7 @@ pub fn of(model: &Model) -> Vec<Limit> {
     }
     let mut limits = Vec::new();
     law(model, &mut limits);
-    bodies(model, &mut limits);
+    limits.extend(single::limits(model, "LIGGGHTS"));
     walls(model, &mut limits);
     limits
 }
@@ -120,30 +118,6 @@ fn extra(model: &Model, limits: &mut Vec<Limit>) {
     }
 }
 
-fn bodies(model: &Model, limits: &mut Vec<Limit>) {
-    let needs = model.needs();
-    for (index, body) in model.bodies.iter().enumerate() {
-        if body.sphere_count != 1 {
-            continue;
-        }
-        let sphere = &model.spheres_of(index)[0];
-        if sphere.offset.norm() > 0.0 {
-            limits.push(Limit::refused(format!(
-                "body {index} is one sphere whose centre is not its centre of mass"
-            )));
-        }
-        let factor = if needs.discs { 0.5 } else { 0.4 };
-        let own = factor * body.mass * sphere.radius.powi(2);
-        let axes = if needs.discs { 2..3 } else { 0..3 };
-        let wrong = axes.into_iter().any(|a| (body.inertia[a] - own).abs() > ROUNDING * own);
-        if needs.rotation && wrong {
-            limits.push(Limit::refused(format!(
-                "body {index} is one sphere whose moment of inertia is not {factor} m R^2, which LIGGGHTS computes with"
-            )));
-        }
-    }
-}
-
 fn walls(model: &Model, limits: &mut Vec<Limit>) {
     if model.needs().periodic && !values::surfaces(model).is_empty() {
         limits.push(Limit::refused(
@@ -163,6 +137,14 @@ fn walls(model: &Model, limits: &mut Vec<Limit>) {
                 wall.name
             ))),
             _ => {}
+        }
+    }
+    for wall in model.walls.iter().filter(|wall| wall.rests_at_set_up(Scheme::Liggghts)) {
+        if model.plan.scheme != Scheme::Liggghts {
+            limits.push(Limit::differs(format!(
+                "wall `{}` has no velocity in the set-up pass: what touches it at the start feels its motion one step later",
+                wall.name
+            )));
         }
     }
     for wall in &model.walls {

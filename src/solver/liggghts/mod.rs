@@ -63,14 +63,19 @@ impl Solver for Liggghts {
         folder: &Path,
         options: &DeckOptions,
     ) -> Result<Deck, SolverError> {
+        let points = values::extras(model);
         let mut draft = Draft::new(self, model, options)?;
         let surfaces = values::surfaces(model);
-        let script = values::Script::new(self, model, options, &surfaces, draft.limits());
+        let limits = draft.limits();
+        let script = values::Script::new(self, model, options, &surfaces, &points, limits);
         draft.add("in.liggghts", "liggghts/in.liggghts", &script)?;
-        draft.add("spheres.data", "liggghts/spheres.data", &values::Data::new(model, &surfaces))?;
+        let data = values::Data::new(model, &surfaces, &points);
+        let tables = vec![values::atoms(model, &points), values::velocities(model, &points)];
+        draft.add_tables("spheres.data", "liggghts/spheres.data", &data, tables)?;
         draft.add("run.sh", "liggghts/run.sh", &values::Start::new(options))?;
         if model.needs().clumps {
-            draft.add("rigid.inf", "liggghts/rigid.inf", &values::Rigid::new(model))?;
+            let (rigid, table) = (values::Rigid::new(model), values::rigid(model));
+            draft.add_tables("rigid.inf", "liggghts/rigid.inf", &rigid, vec![table])?;
         }
         for surface in &surfaces {
             draft.add(surface.file(), "liggghts/wall.stl", &values::Stl::new(surface))?;

@@ -3,12 +3,13 @@
 use super::limits::DEFAULT_CURVATURE;
 use crate::geometry::{Bounds, Mesh};
 use crate::model::extra::{Cohesion, Rolling};
-use crate::model::{Contact, Lost, Model, Motion, Needs, PairForces, Wall, WallShape};
+use crate::model::{Contact, Lost, Model, Motion, Needs, PairForces, Sphere, Wall, WallShape};
 use crate::num::{Mat3, Vec3};
 use crate::solver::deck::{DeckOptions, Header};
 use crate::solver::mesh_check::inspect;
-use crate::solver::rigid_masses::{self, Balance, Masses};
+use crate::solver::rigid_masses::{self, Balance, Masses, Point};
 use crate::solver::surface;
+use crate::solver::table::{Cell, Table};
 use crate::solver::{Limit, Solver};
 use serde::Serialize;
 use std::f64::consts::{PI, TAU};
@@ -34,7 +35,7 @@ pub struct Script {
     points: usize,
     point_type: usize,
     material_names: Vec<String>,
-    tables: Vec<Table>,
+    tables: Vec<Pairs>,
     step: f64,
     planes: Vec<Plane>,
     surfaces: Vec<SurfaceValues>,
@@ -51,7 +52,7 @@ pub struct Script {
 
 /// One `property/global` of pairs of atom types.
 #[derive(Debug, Serialize)]
-struct Table {
+struct Pairs {
     fix: &'static str,
     property: &'static str,
     size: usize,
@@ -161,7 +162,7 @@ pub fn surfaces(model: &Model) -> Vec<Surface<'_>> {
         .map(|wall| match &wall.shape {
             WallShape::Mesh { mesh } => Surface { wall, mesh: mesh.clone(), in_place: false },
             WallShape::Plane { point, normal } => {
-                let in_place = surface::stays_in_plane(wall);
+                let in_place = wall.stays_in_plane();
                 let along_axis = wall.shape.axis_plane().is_some()
                     && matches!(wall.motion, Motion::Translate { .. });
                 let mesh = if in_place || along_axis {
@@ -280,6 +281,7 @@ impl Script {
         model: &Model,
         options: &DeckOptions,
         surfaces: &[Surface],
+        points: &[Extra],
         limits: &[Limit],
     ) -> Self {
         let needs = model.needs();
@@ -294,14 +296,14 @@ impl Script {
             drag: model.extra.drag,
             processors: options.processors_text(model),
             skin: SKIN * smallest_radius(model),
-            points: points(model).len(),
+            points: points.len(),
             point_type: point_type(model),
             material_names: model
                 .materials
                 .iter()
                 .map(|m| m.name.replace(['\n', '&'], " "))
                 .collect(),
-            tables: tables(model, &needs),
+            tables: tables(model, &needs, model.materials.len() + usize::from(!points.is_empty())),
             step: model.plan.step,
             planes: model.walls.iter().filter_map(primitive).collect(),
             surfaces: surfaces.iter().map(Surface::values).collect(),
@@ -357,15 +359,15 @@ pub fn rolling_model(model: &Model) -> Option<&'static str> {
 }
 
 /// Tables of values of cohesion and rolling; those of points of mass are zero.
-fn extra_tables(model: &Model) -> Vec<Table> {
-    let (materials, size) = (model.materials.len(), types(model));
+fn extra_tables(model: &Model, size: usize) -> Vec<Pairs> {
+    let materials = model.materials.len();
     let table = |fix, property, value: fn(&PairForces) -> f64| {
         let pair = |a: usize, b: usize| match a.max(b) < materials {
             true => value(&model.extra.between(a as u16, b as u16)),
             false => 0.0,
         };
         let rows = (0..size).map(|a| (0..size).map(|b| pair(a, b)).collect()).collect();
-        Table { fix, property, size, rows }
+        Pairs { fix, property, size, rows }
     };
     let needs = model.needs();
     let mut tables = Vec::new();
@@ -392,16 +394,15 @@ fn extra_tables(model: &Model) -> Vec<Table> {
 }
 
 /// Tables of contact values; those of points of mass are zero.
-fn tables(model: &Model, needs: &Needs) -> Vec<Table> {
+fn tables(model: &Model, needs: &Needs, size: usize) -> Vec<Pairs> {
     let materials = model.materials.len();
-    let size = types(model);
     let table = |fix, property, value: fn(&Contact) -> f64| {
         let pair = |a: usize, b: usize| match a.max(b) < materials {
             true => value(model.contacts.between(a as u16, b as u16)),
             false => 0.0,
         };
         let rows = (0..size).map(|a| (0..size).map(|b| pair(a, b)).collect()).collect();
-        Table { fix, property, size, rows }
+        Pairs { fix, property, size, rows }
     };
     let mut tables = vec![
         table("kn", "kn", |c| c.kn),
@@ -416,7 +417,7 @@ fn tables(model: &Model, needs: &Needs) -> Vec<Table> {
     if needs.friction {
         tables.push(table("mu", "coefficientFriction", |c| c.friction));
     }
-    tables.extend(extra_tables(model));
+    tables.extend(extra_tables(model, size));
     tables
 }
 
@@ -430,14 +431,14 @@ fn dumps(model: &Model) -> Vec<Dump> {
     dumps
 }
 
-/// Values of `spheres.data`.
+/// Values of `spheres.data` besides its tables.
 #[derive(Debug, Serialize)]
 pub struct Data {
     needs: Needs,
     types: usize,
     sides: Vec<Side>,
-    atoms: Vec<Atom>,
-    velocities: Vec<Motionful>,
+    atoms: usize,
+    moves: bool,
 }
 
 #[derive(Debug, Serialize)]
@@ -447,79 +448,103 @@ struct Side {
     high: f64,
 }
 
-/// Id, type, diameter, density, x, y, z, molecule.
-#[derive(Debug, Serialize)]
-struct Atom(usize, usize, f64, f64, f64, f64, f64, usize);
-
-/// Id, velocity, angular velocity.
-#[derive(Debug, Serialize)]
-struct Motionful(usize, f64, f64, f64, f64, f64, f64);
-
 impl Data {
-    /// Reads a model. Every sphere has a density of its own, so that its mass
-    /// is the one that the body has in the model.
-    pub fn new(model: &Model, surfaces: &[Surface]) -> Self {
-        let needs = model.needs();
+    /// Reads a model.
+    pub fn new(model: &Model, surfaces: &[Surface], points: &[Extra]) -> Self {
         let bounds = simulation_box(model, surfaces);
-        let centres = model.sphere_centres(&model.initial_states());
-        let mut atoms = Vec::with_capacity(model.spheres.len());
-        let mut velocities = Vec::with_capacity(model.spheres.len());
-        let mut points = Vec::new();
+        let sides = (0..3)
+            .map(|a| Side { name: AXES[a], low: bounds.low[a], high: bounds.high[a] })
+            .collect();
+        Self {
+            needs: model.needs(),
+            types: model.materials.len() + usize::from(!points.is_empty()),
+            sides,
+            atoms: model.spheres.len() + points.len(),
+            moves: model.bodies.iter().any(|b| b.velocity.amax() > 0.0 || b.spin.amax() > 0.0),
+        }
+    }
+}
+
+/// A point of mass of a clump.
+#[derive(Debug, Clone, Copy)]
+pub struct Extra {
+    body: usize,
+    molecule: usize,
+    point: Point,
+}
+
+/// Points of mass, in the order of the atoms that follow the spheres.
+pub fn extras(model: &Model) -> Vec<Extra> {
+    let clumps = (0..model.bodies.len()).filter(|i| model.bodies[*i].sphere_count > 1);
+    let extra = |(number, body)| {
+        balance(model, body).point.map(|point| Extra { body, molecule: number + 1, point })
+    };
+    clumps.enumerate().filter_map(extra).collect()
+}
+
+/// All spheres. Every one has a density of its own, so that its mass is the one that the body
+/// has in the model; points of mass come last.
+pub fn atoms<'a>(model: &'a Model, points: &'a [Extra]) -> Table<'a> {
+    let columns = &["id", "type", "diameter", "density", "x", "y", "z", "molecule"];
+    Table::new("atoms", columns, move |rows| {
+        let needs = model.needs();
+        let sphere_volume = |r: f64| 4.0 / 3.0 * PI * r * r * r;
+        let mut put = |id: usize, kind: usize, r: f64, density: f64, x: Vec3, molecule: usize| {
+            let z = if needs.discs { 0.0 } else { x.z };
+            let place = [2.0 * r, density, x.x, x.y, z].map(Cell::from);
+            let [d, density, x, y, z] = place;
+            rows.put(&[(id + 1).into(), kind.into(), d, density, x, y, z, molecule.into()])
+        };
         let mut molecule = 0;
         for (index, body) in model.bodies.iter().enumerate() {
             let clump = body.sphere_count > 1;
             molecule += usize::from(clump);
-            let (masses, spin) = if clump {
-                let balance = balance(model, index);
-                let spin = start_of_clump(model, index, &balance);
-                points.extend(balance.point.map(|point| (index, molecule, point)));
-                (balance.masses, spin)
-            } else {
-                (vec![body.mass], body.spin)
-            };
+            let masses = if clump { balance(model, index).masses } else { vec![body.mass] };
             for (local, mass) in masses.iter().enumerate() {
                 let sphere = body.first_sphere as usize + local;
-                let (x, r) = (&centres[sphere], model.spheres[sphere].radius);
+                let Sphere { offset, radius: r, .. } = &model.spheres[sphere];
                 // The plain sphere style takes discs for discs; the hybrid style does not.
-                let volume = if needs.discs && !needs.clumps {
-                    PI * r * r
-                } else {
-                    4.0 / 3.0 * PI * r * r * r
-                };
-                atoms.push(Atom(
-                    sphere + 1,
-                    type_number(body.material),
-                    2.0 * r,
-                    mass / volume,
-                    x.x,
-                    x.y,
-                    if needs.discs { 0.0 } else { x.z },
-                    if clump { molecule } else { 0 },
-                ));
-                let v = &body.velocity;
-                velocities.push(Motionful(sphere + 1, v.x, v.y, v.z, spin.x, spin.y, spin.z));
+                let flat = needs.discs && !needs.clumps;
+                let volume = if flat { PI * r * r } else { sphere_volume(*r) };
+                let place = body.position + body.orientation * offset;
+                let own = if clump { molecule } else { 0 };
+                put(sphere, type_number(body.material), *r, mass / volume, place, own)?;
             }
         }
-        for (number, (index, molecule, point)) in points.into_iter().enumerate() {
-            let id = model.spheres.len() + number + 1;
-            let (v, x) =
-                (&model.bodies[index].velocity, model.bodies[index].position + point.offset);
-            let r = POINT_RADIUS * smallest_radius(model);
-            let density = point.mass / (4.0 / 3.0 * PI * r * r * r);
-            let z = if needs.discs { 0.0 } else { x.z };
-            atoms.push(Atom(id, point_type(model), 2.0 * r, density, x.x, x.y, z, molecule));
-            velocities.push(Motionful(id, v.x, v.y, v.z, 0.0, 0.0, 0.0));
+        let (kind, r) = (point_type(model), POINT_RADIUS * smallest_radius(model));
+        for (number, Extra { body, molecule, point }) in points.iter().enumerate() {
+            let place = model.bodies[*body].position + point.offset;
+            let density = point.mass / sphere_volume(r);
+            put(model.spheres.len() + number, kind, r, density, place, *molecule)?;
         }
-        let moves =
-            velocities.iter().any(|m| [m.1, m.2, m.3, m.4, m.5, m.6].iter().any(|v| *v != 0.0));
-        if !moves {
-            velocities.clear();
+        Ok(())
+    })
+}
+
+/// Velocities and angular velocities of all spheres and points of mass.
+pub fn velocities<'a>(model: &'a Model, points: &'a [Extra]) -> Table<'a> {
+    Table::new("velocities", &["id", "vx", "vy", "vz", "wx", "wy", "wz"], move |rows| {
+        let mut put = |id: usize, v: &Vec3, w: &Vec3| {
+            let [x, y, z, u, v, w] = [v.x, v.y, v.z, w.x, w.y, w.z].map(Cell::from);
+            rows.put(&[(id + 1).into(), x, y, z, u, v, w])
+        };
+        for (index, body) in model.bodies.iter().enumerate() {
+            let still = body.velocity.amax() == 0.0 && body.spin.amax() == 0.0;
+            let spin = match body.sphere_count {
+                1 => body.spin,
+                _ if still => Vec3::zeros(),
+                _ => start_of_clump(model, index, &balance(model, index)),
+            };
+            let first = body.first_sphere as usize;
+            for sphere in first..first + body.sphere_count as usize {
+                put(sphere, &body.velocity, &spin)?;
+            }
         }
-        let sides = (0..3)
-            .map(|a| Side { name: AXES[a], low: bounds.low[a], high: bounds.high[a] })
-            .collect();
-        Self { needs, types: types(model), sides, atoms, velocities }
-    }
+        for (number, Extra { body, .. }) in points.iter().enumerate() {
+            put(model.spheres.len() + number, &model.bodies[*body].velocity, &Vec3::zeros())?;
+        }
+        Ok(())
+    })
 }
 
 /// The angular velocity that each sphere of clump `index` must be given so that
@@ -542,7 +567,8 @@ fn start_of_clump(model: &Model, index: usize, balance: &Balance) -> Vec3 {
 fn balance(model: &Model, index: usize) -> Balance {
     let mass = model.bodies[index].mass;
     let (offsets, radii) = offsets_and_radii(model, index);
-    if model.needs().gravity {
+    // Not `needs`, which looks at every body: this is asked for each of them.
+    if model.gravity.norm_squared() > 0.0 {
         return rigid_masses::balance(mass, &offsets, &radii);
     }
     let Masses { masses, arm } = rigid_masses::split(mass, &offsets, &radii);
@@ -551,17 +577,10 @@ fn balance(model: &Model, index: usize) -> Balance {
 
 /// Body and place in its frame of every point of mass, in the order of the atoms that follow the spheres.
 pub fn points(model: &Model) -> Vec<(usize, Vec3)> {
-    let clumps = (0..model.bodies.len()).filter(|i| model.bodies[*i].sphere_count > 1);
-    let place = |i: usize| {
-        let point = balance(model, i).point?;
-        Some((i, model.bodies[i].orientation.inverse_transform_vector(&point.offset)))
+    let place = |Extra { body, point, .. }: Extra| {
+        (body, model.bodies[body].orientation.inverse_transform_vector(&point.offset))
     };
-    clumps.filter_map(place).collect()
-}
-
-/// Atom types: the materials, and one of points of mass where there are some.
-fn types(model: &Model) -> usize {
-    model.materials.len() + usize::from(!points(model).is_empty())
+    extras(model).into_iter().map(place).collect()
 }
 
 fn point_type(model: &Model) -> usize {
@@ -581,28 +600,37 @@ fn inertia_tensor(model: &Model, index: usize) -> Mat3 {
     axes.matrix() * Mat3::from_diagonal(&body.inertia) * axes.matrix().transpose()
 }
 
-/// Values of `rigid.inf`: molecule; mass, centre, Ixx Iyy Izz Ixy Ixz Iyz.
+/// Values of `rigid.inf` besides its table.
 #[derive(Debug, Serialize)]
 pub struct Rigid {
-    bodies: Vec<(usize, [f64; 10])>,
+    bodies: usize,
 }
 
 impl Rigid {
-    /// Reads the clumps of a model.
+    /// Reads a model.
     pub fn new(model: &Model) -> Self {
-        let clumps = (0..model.bodies.len()).filter(|i| model.bodies[*i].sphere_count > 1);
-        let bodies = clumps
-            .enumerate()
-            .map(|(number, index)| {
-                let (x, i) = (&model.bodies[index].position, inertia_tensor(model, index));
-                let z = if model.needs().discs { 0.0 } else { x.z };
-                let mass = model.bodies[index].mass;
-                let row = [mass, x.x, x.y, z, i.m11, i.m22, i.m33, i.m12, i.m13, i.m23];
-                (number + 1, row)
-            })
-            .collect();
-        Self { bodies }
+        Self { bodies: model.bodies.iter().filter(|body| body.sphere_count > 1).count() }
     }
+}
+
+/// Mass properties of clumps, space axes.
+pub fn rigid(model: &Model) -> Table<'_> {
+    const COLUMNS: &[&str] =
+        &["id", "mass", "x", "y", "z", "ixx", "iyy", "izz", "ixy", "ixz", "iyz"];
+    Table::new("bodies", COLUMNS, move |rows| {
+        let flat = model.needs().discs;
+        let clumps = (0..model.bodies.len()).filter(|i| model.bodies[*i].sphere_count > 1);
+        for (number, index) in clumps.enumerate() {
+            let (x, i) = (&model.bodies[index].position, inertia_tensor(model, index));
+            let z = if flat { 0.0 } else { x.z };
+            let mass = model.bodies[index].mass;
+            let row = [mass, x.x, x.y, z, i.m11, i.m22, i.m33, i.m12, i.m13, i.m23];
+            let mut cells = [Cell::Count(number + 1); 11];
+            cells[1..].copy_from_slice(&row.map(Cell::Number));
+            rows.put(&cells)?;
+        }
+        Ok(())
+    })
 }
 
 /// Values of an STL file: three corners and the normal of every triangle.

@@ -6,7 +6,7 @@
 
 use crate::model::{Bond, Model, Scheme, Strength};
 use crate::solver::Limit;
-use serde::Serialize;
+use crate::solver::table::{Cell, Table};
 
 /// Bonds that are looked at in every step for their breaking; with more it is done less often.
 const LOOKED_AT: usize = 200;
@@ -15,25 +15,23 @@ const NEVER: f64 = 1e300;
 /// Overlap over the smaller radius up to which two spheres just touch.
 const TOUCHING: f64 = 1e-9;
 
-/// Values of `bonds.csv`: both spheres, kn, kt, tension, shear, friction of the contact that stays.
-#[derive(Debug, Serialize)]
-pub struct Bonds {
-    bonds: Vec<(u32, u32, [f64; 5])>,
-}
-
-impl Bonds {
-    /// Reads the bonds.
-    pub fn new(model: &Model) -> Self {
-        let row = |bond: &Bond| {
+/// Bonds: both spheres, kn, kt, tension, shear, friction of the contact that stays.
+pub fn table(model: &Model) -> Table<'_> {
+    let columns = &["first", "second", "kn", "kt", "tension", "shear", "friction"];
+    Table::new("bonds", columns, move |rows| {
+        for bond in &model.bonds {
             let (tension, shear) = match bond.strength {
                 Strength::Forces { tension, shear } => (tension, shear),
                 _ => (NEVER, NEVER),
             };
             let friction = contact(model, bond).friction;
-            (bond.first, bond.second, [bond.normal, bond.shear, tension, shear, friction])
-        };
-        Self { bonds: model.bonds.iter().map(row).collect() }
-    }
+            let numbers = [bond.normal, bond.shear, tension, shear, friction];
+            let [kn, kt, tension, shear, friction] = numbers.map(Cell::from);
+            let [first, second] = [bond.first, bond.second].map(|s| Cell::from(s as usize));
+            rows.put(&[first, second, kn, kt, tension, shear, friction])?;
+        }
+        Ok(())
+    })
 }
 
 /// Every how many steps the deck looks for broken bonds.

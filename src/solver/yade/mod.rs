@@ -70,14 +70,18 @@ impl Solver for Yade {
         draft.add("run.py", "yade/run.py", &script)?;
         draft.add("run.sh", "yade/run.sh", &values::Nothing {})?;
         if needs.spheres {
-            draft.add("spheres.csv", "yade/spheres.csv", &values::Spheres::new(model))?;
+            let (head, table) = (values::Spheres::new(model), values::spheres(model));
+            draft.add_tables("spheres.csv", "yade/spheres.csv", &head, vec![table])?;
         }
         if needs.clumps {
-            draft.add("clumps.csv", "yade/clumps.csv", &values::Clumps::new(model))?;
-            draft.add("members.csv", "yade/members.csv", &values::Members::new(model))?;
+            let (nothing, table) = (values::Nothing {}, values::clumps(model));
+            draft.add_tables("clumps.csv", "yade/clumps.csv", &nothing, vec![table])?;
+            let (head, table) = (values::Members::new(model), values::members(model));
+            draft.add_tables("members.csv", "yade/members.csv", &head, vec![table])?;
         }
         if needs.bonds {
-            draft.add("bonds.csv", "yade/bonds.csv", &bonds::Bonds::new(model))?;
+            let (nothing, table) = (values::Nothing {}, bonds::table(model));
+            draft.add_tables("bonds.csv", "yade/bonds.csv", &nothing, vec![table])?;
         }
         for (name, facets) in values::facets(model) {
             draft.add(name, "yade/wall.txt", &facets)?;

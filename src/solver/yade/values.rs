@@ -2,9 +2,10 @@
 
 use super::series::{self, Class};
 use crate::geometry::Bounds;
-use crate::model::{Contact, Lost, Model, Motion, Needs, Sphere, Wall, WallShape};
+use crate::model::{Contact, Lost, Model, Motion, Needs, Wall, WallShape};
 use crate::num::Vec3;
 use crate::solver::deck::Header;
+use crate::solver::table::{Cell, Table};
 use crate::solver::{Limit, Solver, SolverError, surface};
 use serde::Serialize;
 
@@ -183,7 +184,7 @@ fn servos(model: &Model) -> Vec<Servo> {
 /// A plane along an axis that stays one: at rest, sliding, or turning about its normal.
 pub fn is_plane(wall: &Wall) -> bool {
     wall.shape.axis_plane().is_some()
-        && (!matches!(wall.motion, Motion::Rotate { .. }) || surface::stays_in_plane(wall))
+        && (!matches!(wall.motion, Motion::Rotate { .. }) || wall.stays_in_plane())
 }
 
 impl WallValues {
@@ -419,41 +420,42 @@ fn early(model: &Model, velocity: &Vec3) -> Vec3 {
     velocity - model.gravity * (0.5 * model.plan.step)
 }
 
-/// Values of `spheres.csv`.
+/// Values of `spheres.csv` besides its table.
 #[derive(Debug, Serialize)]
 pub struct Spheres {
     needs: Needs,
     moves: bool,
-    spheres: Vec<SphereRow>,
 }
 
-/// Index, material; x y z r mass inertia; velocity; spin.
-#[derive(Debug, Serialize)]
-struct SphereRow(usize, usize, [f64; 6], [f64; 3], [f64; 3]);
-
 impl Spheres {
-    /// Reads the bodies of one sphere.
+    /// Reads a model.
     pub fn new(model: &Model) -> Self {
-        let needs = model.needs();
-        let materials = body_materials(model);
-        let singles = model.bodies.iter().filter(|body| body.sphere_count == 1);
-        let spheres = singles
-            .map(|body| {
-                let (x, index) = (&body.position, body.first_sphere as usize);
-                let inertia = if needs.discs { body.inertia.z } else { body.inertia.x };
-                let z = if needs.discs { 0.0 } else { x.z };
-                let numbers = [x.x, x.y, z, model.spheres[index].radius, body.mass, inertia];
-                SphereRow(
-                    index,
-                    materials[usize::from(body.material)],
-                    numbers,
-                    plain(&early(model, &body.velocity)),
-                    plain(&body.spin),
-                )
-            })
-            .collect();
-        Self { needs, moves: moves(model), spheres }
+        Self { needs: model.needs(), moves: moves(model) }
     }
+}
+
+/// The bodies of one sphere.
+pub fn spheres(model: &Model) -> Table<'_> {
+    const COLUMNS: &[&str] = &[
+        "index", "material", "x", "y", "z", "radius", "mass", "inertia", "vx", "vy", "vz", "wx",
+        "wy", "wz",
+    ];
+    Table::new("spheres", COLUMNS, move |rows| {
+        let (flat, materials) = (model.needs().discs, body_materials(model));
+        for body in model.bodies.iter().filter(|body| body.sphere_count == 1) {
+            let (x, index) = (&body.position, body.first_sphere as usize);
+            let inertia = if flat { body.inertia.z } else { body.inertia.x };
+            let (v, w) = (early(model, &body.velocity), &body.spin);
+            let z = if flat { 0.0 } else { x.z };
+            let radius = model.spheres[index].radius;
+            let row = [x.x, x.y, z, radius, body.mass, inertia, v.x, v.y, v.z, w.x, w.y, w.z];
+            let mut cells = [Cell::Count(index); 14];
+            cells[1] = materials[usize::from(body.material)].into();
+            cells[2..].copy_from_slice(&row.map(Cell::Number));
+            rows.put(&cells)?;
+        }
+        Ok(())
+    })
 }
 
 /// Place of every material of the scene in the deck's list, as bodies use it:
@@ -466,23 +468,38 @@ fn body_materials(model: &Model) -> Vec<usize> {
     (0..model.materials.len()).map(place).collect()
 }
 
-/// Values of `clumps.csv`.
-#[derive(Debug, Serialize)]
-pub struct Clumps {
-    clumps: Vec<ClumpRow>,
-}
-
-/// First member row, members, material; x, q (wxyz), mass, moments, v, w, angular momentum.
-#[derive(Debug, Serialize)]
-struct ClumpRow(usize, usize, usize, [f64; 20]);
-
-impl Clumps {
-    /// Reads the bodies of several spheres.
-    pub fn new(model: &Model) -> Self {
+/// The bodies of several spheres: first member row, members, material; x, q (wxyz), mass,
+/// moments, v, w, angular momentum.
+pub fn clumps(model: &Model) -> Table<'_> {
+    const COLUMNS: &[&str] = &[
+        "first_sphere",
+        "spheres",
+        "material",
+        "x",
+        "y",
+        "z",
+        "qw",
+        "qx",
+        "qy",
+        "qz",
+        "mass",
+        "i1",
+        "i2",
+        "i3",
+        "vx",
+        "vy",
+        "vz",
+        "wx",
+        "wy",
+        "wz",
+        "lx",
+        "ly",
+        "lz",
+    ];
+    Table::new("clumps", COLUMNS, move |rows| {
         let flat = model.needs().discs;
         let materials = body_materials(model);
         let mut first = 0;
-        let mut clumps = Vec::new();
         for body in model.bodies.iter().filter(|body| body.sphere_count > 1) {
             let count = body.sphere_count as usize;
             let axes = body.orientation.to_rotation_matrix();
@@ -497,47 +514,49 @@ impl Clumps {
             let momentum = turn * inertia.component_mul(&turn.inverse_transform_vector(&body.spin));
             let (x, v, w) = (&body.position, early(model, &body.velocity), &body.spin);
             let z = if flat { 0.0 } else { x.z };
-            clumps.push(ClumpRow(
-                first,
-                count,
-                materials[usize::from(body.material)],
-                [
-                    x.x, x.y, z, turn.w, turn.i, turn.j, turn.k, body.mass, inertia.x, inertia.y,
-                    inertia.z, v.x, v.y, v.z, w.x, w.y, w.z, momentum.x, momentum.y, momentum.z,
-                ],
-            ));
+            let row = [
+                x.x, x.y, z, turn.w, turn.i, turn.j, turn.k, body.mass, inertia.x, inertia.y,
+                inertia.z, v.x, v.y, v.z, w.x, w.y, w.z, momentum.x, momentum.y, momentum.z,
+            ];
+            let mut cells = [Cell::Count(first); 23];
+            cells[1] = count.into();
+            cells[2] = materials[usize::from(body.material)].into();
+            cells[3..].copy_from_slice(&row.map(Cell::Number));
+            rows.put(&cells)?;
             first += count;
         }
-        Self { clumps }
-    }
+        Ok(())
+    })
 }
 
-/// Values of `members.csv`: index of the sphere in the scene, place from the centre
-/// of mass, radius. Places are in body axes, in two dimensions in world axes.
+/// Values of `members.csv` besides its table.
 #[derive(Debug, Serialize)]
 pub struct Members {
     needs: Needs,
-    members: Vec<(usize, f64, f64, f64, f64)>,
 }
 
 impl Members {
-    /// Reads the spheres of all clumps.
+    /// Reads a model.
     pub fn new(model: &Model) -> Self {
-        let needs = model.needs();
-        let place = |sphere: &Sphere| {
-            let turned = model.bodies[sphere.body as usize].orientation * sphere.offset;
-            if needs.discs { Vec3::new(turned.x, turned.y, 0.0) } else { sphere.offset }
-        };
-        let members = model
-            .spheres
-            .iter()
-            .enumerate()
-            .filter(|(_, sphere)| model.bodies[sphere.body as usize].sphere_count > 1)
-            .map(|(index, sphere)| {
-                let place = place(sphere);
-                (index, place.x, place.y, place.z, sphere.radius)
-            })
-            .collect();
-        Self { needs, members }
+        Self { needs: model.needs() }
     }
+}
+
+/// The spheres of all clumps: index of the sphere in the scene, place from the centre
+/// of mass, radius. Places are in body axes, in two dimensions in world axes.
+pub fn members(model: &Model) -> Table<'_> {
+    Table::new("members", &["index", "x", "y", "z", "radius"], move |rows| {
+        let flat = model.needs().discs;
+        for (index, sphere) in model.spheres.iter().enumerate() {
+            let body = &model.bodies[sphere.body as usize];
+            if body.sphere_count == 1 {
+                continue;
+            }
+            let turned = body.orientation * sphere.offset;
+            let place = if flat { Vec3::new(turned.x, turned.y, 0.0) } else { sphere.offset };
+            let [x, y, z, r] = [place.x, place.y, place.z, sphere.radius].map(Cell::from);
+            rows.put(&[index.into(), x, y, z, r])?;
+        }
+        Ok(())
+    })
 }

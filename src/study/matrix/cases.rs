@@ -474,12 +474,21 @@ fn bulk() -> Vec<Case> {
         let angle = TAU * f64::from(k % turns) / f64::from(turns);
         [radius * angle.cos(), radius * angle.sin(), z]
     };
-    let funnel: Vec<[[f64; 3]; 3]> = (0..turns)
-        .flat_map(|k| {
-            let [a, b] = [at(k, 0.03, 0.05), at(k + 1, 0.03, 0.05)];
-            let [c, d] = [at(k, 0.1, 0.12), at(k + 1, 0.1, 0.12)];
-            [[a, b, d], [a, d, c]]
-        })
+    let ring = |radius: f64, z: f64, other: f64, top: f64| -> Vec<[[f64; 3]; 3]> {
+        (0..turns)
+            .flat_map(|k| {
+                let [a, b] = [at(k, radius, z), at(k + 1, radius, z)];
+                let [c, d] = [at(k, other, top), at(k + 1, other, top)];
+                [[a, b, d], [a, d, c]]
+            })
+            .collect()
+    };
+    let funnel = ring(0.03, 0.05, 0.1, 0.12);
+    // A cone of 45 degrees under a cylinder.
+    let silo = [ring(0.032, 0.04, 0.07, 0.078), ring(0.07, 0.078, 0.07, 0.2)].concat();
+    let filled: Vec<[f64; 3]> = lattice([6, 6, 4], 0.0203, [-0.052, -0.052, 0.09])
+        .into_iter()
+        .filter(|place| place[0].hypot(place[1]) < 0.058)
         .collect();
     let drum = include_str!("../../../templates/scenes/drum.toml")
         .replace("count = 400", "count = 120")
@@ -487,9 +496,6 @@ fn bulk() -> Vec<Case> {
         + "\n[compare.tolerance]\ntrajectory = 1e-6\n";
     const INNER: (&str, &str) =
         ("yade", "inner edges of the mesh: every facet that a sphere touches counts");
-    // Goes with the speed of the wall; 1e-13 radii where it rests.
-    const SET_UP: &str =
-        "a wall that moves and touches at the start has no velocity in the set-up pass";
     vec![
         Case {
             ranks: true,
@@ -499,18 +505,11 @@ fn bulk() -> Vec<Case> {
                 usual.scene("A bed settles", &bed([4, 4, 4], inside), &r#box),
             )
         },
-        Case {
-            known: &[("liggghts", SET_UP), ("lammps", SET_UP)],
-            ..segments(
-                "compression",
-                "a lid presses a bed",
-                usual.scene(
-                    "Uniaxial compression",
-                    &bed([4, 4, 4], inside),
-                    &(r#box.clone() + &lid),
-                ),
-            )
-        },
+        segments(
+            "compression",
+            "a lid presses a bed",
+            usual.scene("Uniaxial compression", &bed([4, 4, 4], inside), &(r#box.clone() + &lid)),
+        ),
         segments(
             "column-collapse",
             "a column collapses on a rough plane",
@@ -543,10 +542,55 @@ fn bulk() -> Vec<Case> {
             )
         },
         Case {
-            known: &[INNER, ("liggghts", SET_UP)],
-            ..segments("drum", "a rotating drum (mesh)", drum)
+            known: &[INNER],
+            ..segments("drum", "a rotating drum (mesh), DEM2020 case 2 with the linear law", drum)
         },
+        Case {
+            files: vec![("silo.stl", stl(&silo))],
+            known: &[
+                INNER,
+                (
+                    "liggghts",
+                    "the spring of a contact that changes faces where cylinder and cone meet; without friction 8e-11",
+                ),
+            ],
+            ..segments(
+                "silo",
+                "a silo runs out: cylinder and cone (STL), DEM2020 case 1 with the linear law",
+                usual.scene("Silo discharge", &crowd(&filled), &(floor() + &mesh_wall("silo.stl"))),
+            )
+        },
+        penetration(),
     ]
+}
+
+/// A ball of 20 mm falls into a bed of spheres of 4 mm in a box of planes.
+fn penetration() -> Case {
+    let mut bodies = body("large", [0.0203, 0.0213, 0.0265], [0.0, 0.0, -2.0], STILL);
+    for place in lattice([10, 10, 4], 0.0041, [0.0022, 0.0022, 0.0021]) {
+        bodies += &body("tiny", place, STILL, STILL);
+    }
+    let mut walls = floor();
+    for (name, axis, at) in
+        [("left", 0, 0.0), ("right", 0, 0.042), ("front", 1, 0.0), ("back", 1, 0.042)]
+    {
+        let (mut point, mut normal) = ([0.0; 3], [0.0; 3]);
+        point[axis] = at;
+        normal[axis] = if at > 0.0 { -1.0 } else { 1.0 };
+        walls += &plane(name, point, normal, "");
+    }
+    Case {
+        lock_step: Some((2000, 500)),
+        ..segments(
+            "penetration",
+            "a ball falls into a bed, sizes 5 : 1, DEM2020 case 3 with the linear law",
+            Usual { steps: 8000, step: 4, friction: 0.3, ..USUAL }.scene(
+                "A ball falls into a bed",
+                &bodies,
+                &walls,
+            ),
+        )
+    }
 }
 
 #[cfg(test)]

@@ -12,8 +12,12 @@ mod cases;
 mod limit;
 
 use super::{StudyError, go_on};
+use crate::dem;
+use crate::model::Frame;
 use crate::num::Job;
 use crate::report::findings::{Cell, Findings, Sheet};
+use crate::report::gallery::{self, Colouring};
+use crate::report::picture::Picture;
 use crate::scene::comparing::Compared;
 use crate::scene::road::{Road, RoadError};
 use crate::solver::{DeckOptions, Solver};
@@ -56,6 +60,7 @@ pub fn run(
     }
     let (mut rows, mut limits, mut charts) = (Vec::new(), Vec::new(), Vec::new());
     let (mut passed, mut verdicts, mut outside) = (true, 0_usize, Vec::new());
+    let (mut overview, mut pictures) = (Vec::new(), Vec::new());
     for (number, case) in chosen.iter().enumerate() {
         go_on(job)?;
         job.report("matrix", number as u64, chosen.len() as u64);
@@ -67,11 +72,13 @@ pub fn run(
         if case.ranks {
             found.extend(on_two_ranks(&mut road, case, solvers)?);
         }
+        pictures.push(picture(&mut road, case)?);
         if case.limit {
             let (sheet_rows, chart) = limit::small_steps(&mut road, case, solvers, job)?;
             limits.extend(sheet_rows);
             charts.push((format!("limit-{}", case.key), chart));
         }
+        overview.push(case_row(case, solvers, &found));
         for row in found {
             verdicts += 1;
             if row.fails {
@@ -80,14 +87,12 @@ pub fn run(
             }
             rows.push(vec![
                 case.key.as_str().into(),
-                case.what.as_str().into(),
                 row.solver.into(),
-                row.verdict.into(),
                 row.from_twin.into(),
                 case.tolerance.into(),
                 row.from_ours.into(),
                 row.cpu.into(),
-                case.reason.into(),
+                row.verdict.into(),
             ]);
         }
     }
@@ -111,15 +116,52 @@ pub fn run(
                        and do all solvers have riprap's limit as the step goes to zero?"
                 .into(),
             remarks,
-            tables: tables(solvers, rows, limits),
+            tables: tables(solvers, overview, rows, limits),
             charts,
-            pictures: Vec::new(),
+            pictures,
         },
     })
 }
 
+/// Width and height of a picture of a case at its start and at its end.
+const HALF: [usize; 2] = [240, 200];
+
+/// A case at its start and at its end, in riprap.
+fn picture(road: &mut Road, case: &Case) -> Result<(String, String, String, Picture), StudyError> {
+    let (_, built) = road.built().map_err(work)?;
+    let model = built.model;
+    let run = dem::run(&model, &road.job).map_err(|error| StudyError::Work(error.to_string()))?;
+    let frames: Vec<&Frame> = run.frames.first().into_iter().chain(run.frames.last()).collect();
+    let halves = gallery::states(&model, &frames, Colouring::Body, HALF[0], HALF[1]);
+    let name = format!("case-{}", case.key);
+    Ok((name, case.key.clone(), case.what.clone(), Picture::beside(&halves)))
+}
+
+/// What each solver does in a case, in one row.
+fn case_row(case: &Case, solvers: &[&'static dyn Solver], found: &[Row]) -> Vec<Cell> {
+    let mut row: Vec<Cell> = vec![case.key.as_str().into(), case.tolerance.into()];
+    for solver in solvers {
+        let own = found.iter().find(|row| row.solver == solver.name());
+        let text = match own {
+            None => String::new(),
+            Some(row) if row.from_twin.is_nan() => {
+                row.verdict.split(':').next().unwrap_or_default().to_owned()
+            }
+            Some(row) => {
+                let kind = row.verdict.split(':').next().unwrap_or_default();
+                let size = crate::report::number::significant(row.from_twin, 2);
+                format!("{size} {}", kind.replace("differs, known", "(known)"))
+            }
+        };
+        row.push(text.into());
+    }
+    row.extend([case.what.as_str().into(), case.reason.into()]);
+    row
+}
+
 fn tables(
     solvers: &[&'static dyn Solver],
+    overview: Vec<Vec<Cell>>,
     rows: Vec<Vec<Cell>>,
     limits: Vec<Vec<Cell>>,
 ) -> Vec<Sheet> {
@@ -129,24 +171,35 @@ fn tables(
         Some(vec![solver.name().into(), found.version.into(), program.into()])
     });
     let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
+    let mut heads = vec!["case".to_owned(), "tolerance".to_owned()];
+    heads.extend(solvers.iter().map(|solver| solver.name().to_owned()));
+    heads.extend(["what".to_owned(), "reason of the tolerance".to_owned()]);
     let mut sheets = vec![
         Sheet {
-            key: "verdicts".into(),
+            key: "cases".into(),
             title: "Same computation?".into(),
+            caption: "Largest distance of any sphere from riprap in the solver's own scheme, in \
+                      smallest radii, and the verdict; why solvers differ or refuse stands in the \
+                      verdicts below."
+                .into(),
+            columns: heads,
+            rows: overview,
+        },
+        Sheet {
+            key: "verdicts".into(),
+            title: "Verdicts".into(),
             caption: "Largest distance of any sphere, in smallest radii: from riprap in the \
                       solver's own scheme (judged), and from riprap in its default scheme (what \
                       schemes and laws differ by). CPU time of the solver, start included."
                 .into(),
             columns: names(&[
                 "case",
-                "what",
                 "solver",
-                "verdict",
                 "from its scheme",
                 "tolerance",
                 "from riprap",
                 "CPU [s]",
-                "reason of the tolerance",
+                "verdict",
             ]),
             rows,
         },
@@ -160,7 +213,7 @@ fn tables(
     ];
     if !limits.is_empty() {
         sheets.insert(
-            1,
+            2,
             Sheet {
                 key: "limits".into(),
                 title: "Same limit as the step goes to zero?".into(),
