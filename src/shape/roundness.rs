@@ -65,6 +65,10 @@ pub fn inscribed_radius(mesh: &Mesh) -> Option<f64> {
             let mut improved = false;
             for direction in directions() {
                 let next = point + direction * step;
+                // A surface that passes through itself may have an inside without end.
+                if !bounds.contains(&next) {
+                    continue;
+                }
                 let there = -distance.at(&next);
                 if there > depth {
                     (depth, point, improved) = (there, next, true);
