@@ -107,7 +107,7 @@ pub struct Chart {
     pub x: Axis,
     /// Upwards.
     pub y: Axis,
-    /// Lines, at most one colour and dash each six.
+    /// Lines; after six, colours come again with other dashes and hollow dots.
     pub series: Vec<Series>,
     /// A value of y to mark across the chart, with its name.
     pub mark: Option<(f64, String)>,
@@ -198,6 +198,8 @@ impl Scale {
                 2 => &[1.0, 3.0],
                 _ => &[1.0],
             };
+            // As people write them where they do so without powers.
+            let plain = low >= -2 && high <= 4;
             return (low..=high)
                 .step_by(stride)
                 .flat_map(|power| parts.iter().map(move |part| (*part, power)))
@@ -205,8 +207,10 @@ impl Scale {
                 .map(|(part, power)| {
                     let text = power_of_ten(power);
                     let text = match (part == 1.0, power) {
+                        _ if plain => {
+                            format!("{:.*}", -power.min(0) as usize, part * 10_f64.powi(power))
+                        }
                         (true, _) => text,
-                        (false, 0) => part.to_string(),
                         (false, _) => format!("{part} · {text}"),
                     };
                     (part * 10_f64.powi(power), text)
@@ -314,7 +318,7 @@ impl Chart {
             }
         }
         for (index, points) in drawn.iter().enumerate().filter(|(i, _)| self.series[*i].dots) {
-            dots(&mut svg, points, &x, &y, colour(index));
+            dots(&mut svg, points, &x, &y, index);
         }
         for (row, entries) in legend.iter().enumerate() {
             for (index, left) in entries {
@@ -372,16 +376,23 @@ fn open(title: &str, height: f64) -> String {
 }
 
 fn dash(index: usize) -> String {
-    match DASHES[index % DASHES.len()] {
+    // Where colours come again, dashes are others.
+    match DASHES[(index + index / SERIES.len()) % DASHES.len()] {
         "" => String::new(),
         dash => format!(r#" stroke-dasharray="{dash}""#),
     }
 }
 
-fn dots(svg: &mut String, points: &[(f64, f64)], x: &Scale, y: &Scale, colour: &str) {
+/// Full dots, hollow ones where colours come again.
+fn dots(svg: &mut String, points: &[(f64, f64)], x: &Scale, y: &Scale, index: usize) {
+    let colour = SERIES[index % SERIES.len()];
+    let ink = match index < SERIES.len() {
+        true => format!(r#"fill="{colour}""#),
+        false => format!(r#"fill="none" stroke="{colour}" stroke-width="1.4""#),
+    };
     for (px, py) in points.iter().filter(|(px, py)| x.shows(*px) && y.shows(*py)) {
         let (cx, cy) = (c(x.place(*px)), c(y.place(*py)));
-        let _ = write!(svg, r#"<circle cx="{cx}" cy="{cy}" r="3.4" fill="{colour}"/>"#);
+        let _ = write!(svg, r#"<circle cx="{cx}" cy="{cy}" r="3.4" {ink}/>"#);
     }
 }
 
