@@ -1,23 +1,23 @@
 //! Packings made by compression in the DEM (see [`Compression`]).
 //!
-//! All grains grow by a small factor, then the DEM brings them to rest without gravity: 100 steps at a time, at half
-//! the step limit, with local damping 0.7 (Cundall), the contacts of the scene and the friction of the preparation.
+//! All grains grow by a small factor, then the DEM brings them to rest without gravity: 300 steps at a time, at half
+//! the step limit, with local damping (Cundall), the contacts of the scene and the friction of the preparation.
 //! Tangential springs go on while grains grow. Stress: p = Σ f·l / (d V) over all contacts, l from the centre of a
 //! grain to the contact. If a step of growth passes the target, the state before is taken again, stopped, and the
 //! step made smaller by interpolation, so that with friction nothing is ever unloaded; without it, where states do
-//! not remember, grains shrink by what was too much. At the end friction becomes that of the scene, and grains come
+//! not remember, grains shrink by what was too much, and steps that bring too little grow again: slow collective
+//! motions go on long after a step and would leave a search that only narrows on one side of the target. At the end friction becomes that of the scene, and grains come
 //! to rest again: with much less friction than that of the preparation they may come apart, and the outcome says so.
 //!
 //! Cost: some 10 000 steps of the DEM. What comes back when the steps are used up or the
 //! target lies between two states that cannot be told apart: the state reached, and the outcome says so.
 
-use super::drive::{self, Origin};
-use super::state::State;
-use super::{DemError, Observer, advise, zeroing};
-use crate::model::{BodyState, Contact, Frame, Guard, Model, Motion, Outcome, SeriesRow};
+use super::rig::Rig;
+use super::{DemError, zeroing};
+use crate::model::{BodyState, Model};
 use crate::num::{Job, Vec3};
+use crate::pack::Bed;
 use crate::pack::compression::{Compression, Until};
-use crate::pack::{Bed, Push, Spheres};
 
 /// A packing that the DEM has made.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,16 +41,17 @@ pub struct Compressed {
 }
 
 /// Steps between looks.
-const CHUNK: u64 = 100;
+const CHUNK: u64 = 300;
 /// Looks at most until a state is taken as it is; as many again at the end.
-const LOOKS: usize = 40;
+const LOOKS: usize = 20;
 /// First and largest growth at once.
 const GROWTH: f64 = 0.01;
 /// Looks in a row at which forces balance until a state is at rest, and not only passing.
 const QUIET: u32 = 3;
 /// Growth that changes nothing any more.
 const LEAST: f64 = 1e-9;
-const DAMPING: f64 = 0.7;
+/// By how much a step of growth that brought too little becomes larger.
+const FASTER: f64 = 2.0;
 
 /// Compresses the bodies of `model`, which must not overlap, in `volume` [m³]; `solid` [m³] is
 /// what they fill. Gravity, motion of walls, forces between bodies and bonds of the model are put aside.
@@ -71,8 +72,8 @@ pub fn compress(
         Until::Coordination(number) => press.reach_value(number, |reading| reading.coordination)?,
     };
     let met = press.met(&reading);
-    press.set_friction(None);
-    if press.left > 0 {
+    press.rig.set_friction(None);
+    if press.rig.left > 0 {
         reading = press.settle(true)?;
     }
     Ok(press.ended(reading, met))
@@ -89,42 +90,11 @@ struct Look {
 }
 
 struct Press<'a> {
-    model: Model,
-    /// Contact of the scene, by pair, before the preparation.
-    original: &'a Model,
+    rig: Rig<'a>,
     wanted: &'a Compression,
-    job: &'a Job,
     volume: f64,
     solid: f64,
     scale: f64,
-    left: u64,
-    /// Where the DEM is; none before its first step.
-    state: Option<State>,
-}
-
-/// Keeps the last frame and its contact forces.
-#[derive(Default)]
-struct Last {
-    frame: Option<Frame>,
-    pushes: Vec<Push>,
-}
-
-impl Observer for Last {
-    fn frame(&mut self, frame: &Frame) {
-        self.frame = Some(frame.clone());
-    }
-
-    fn row(&mut self, _row: &SeriesRow) {}
-
-    fn checkpoint(&mut self, _bytes: &[u8]) {}
-
-    fn wants_pushes(&self, last: bool) -> bool {
-        last
-    }
-
-    fn pushes(&mut self, _frame: &Frame, pushes: Vec<Push>) {
-        self.pushes = pushes;
-    }
 }
 
 impl<'a> Press<'a> {
@@ -135,58 +105,19 @@ impl<'a> Press<'a> {
         wanted: &'a Compression,
         job: &'a Job,
     ) -> Self {
-        let mut model = original.clone();
-        model.gravity = Vec3::zeros();
-        model.mutual = None;
-        model.local_damping = DAMPING;
-        model.bonds.clear();
-        model.extra = Default::default();
-        for wall in &mut model.walls {
-            wall.motion = Motion::Still;
-        }
-        for body in &mut model.bodies {
-            (body.velocity, body.spin) = (Vec3::zeros(), Vec3::zeros());
-        }
-        let plan = &mut model.plan;
-        plan.guard =
-            Guard { overlap: 0.0, travel: 0.0, gain: 0.0, shaking: 0.0, ..Guard::default() };
-        plan.insist = true;
-        (plan.zero_every, plan.checkpoint_every) = (0, 0);
-        let left = wanted.steps;
-        let (scale, state) = (1.0, None);
-        let mut press = Self { model, original, wanted, job, volume, solid, scale, left, state };
-        press.set_friction(Some(wanted.friction));
-        press
-    }
-
-    /// That of the preparation, or of the scene.
-    fn set_friction(&mut self, friction: Option<f64>) {
-        let needs = self.model.needs();
-        let table = &mut self.model.contacts;
-        for a in 0..table.size() as u16 {
-            for b in a..table.size() as u16 {
-                let scene = *self.original.contacts.between(a, b);
-                let mut contact = Contact { friction: friction.unwrap_or(scene.friction), ..scene };
-                if contact.friction > 0.0 && contact.kt <= 0.0 {
-                    // A scene without friction has no tangential spring; that of spheres at rest.
-                    contact.kt = 2.0 / 7.0 * contact.kn;
-                }
-                table.set(a, b, contact);
-            }
-        }
-        if self.model.needs() != needs {
-            // Without friction there are neither spins nor memories, with it there are.
-            self.state = None;
-        }
+        let mut rig = Rig::new(original, Some(wanted.friction), wanted.steps, job);
+        rig.model.gravity = Vec3::zeros();
+        rig.set_damping(wanted.damping);
+        Self { rig, wanted, volume, solid, scale: 1.0 }
     }
 
     fn grow(&mut self, factor: f64) {
-        let dimension = self.model.dimension.count() as i32;
-        for sphere in &mut self.model.spheres {
+        let dimension = self.rig.model.dimension.count() as i32;
+        for sphere in &mut self.rig.model.spheres {
             sphere.radius *= factor;
             sphere.offset *= factor;
         }
-        for body in &mut self.model.bodies {
+        for body in &mut self.rig.model.bodies {
             body.mass *= factor.powi(dimension);
             body.inertia *= factor.powi(dimension + 2);
         }
@@ -194,18 +125,18 @@ impl<'a> Press<'a> {
     }
 
     fn fraction(&self) -> f64 {
-        self.solid * self.scale.powi(self.model.dimension.count() as i32) / self.volume
+        self.solid * self.scale.powi(self.rig.model.dimension.count() as i32) / self.volume
     }
 
-    /// Runs 100 steps at a time until forces balance. Unless `patient`, it ends sooner where hardly anything
+    /// Runs 300 steps at a time until forces balance. Unless `patient`, it ends sooner where hardly anything
     /// carries load yet, and where the target is far behind.
     fn settle(&mut self, patient: bool) -> Result<Look, DemError> {
         let mut look = Look::default();
         for round in 0..LOOKS {
-            if self.left == 0 || self.job.is_cancelled() {
+            if self.rig.left == 0 || self.rig.job.is_cancelled() {
                 break;
             }
-            look = self.steps()?;
+            look = self.look()?;
             let (loose, beyond) = match self.wanted.until {
                 Until::Stress(stress) => {
                     (look.stress < 0.1 * stress.0, look.stress > 5.0 * stress.0)
@@ -221,90 +152,33 @@ impl<'a> Press<'a> {
         Ok(look)
     }
 
-    /// One chunk of the DEM.
-    fn steps(&mut self) -> Result<Look, DemError> {
-        let count = CHUNK.min(self.left);
-        self.left -= count;
-        let plan = &mut self.model.plan;
-        (plan.steps, plan.frame_every, plan.series_every) = (count, u64::MAX, u64::MAX);
-        // A first step, so that the model is whole when it is judged.
-        if plan.step <= 0.0 {
-            plan.step = 1e-12;
-        }
-        self.model.plan.step = 0.5 * advise(&self.model).limit;
-        let mut last = Last::default();
-        let origin =
-            self.state.take().map_or(Origin::Model, |state| Origin::State(Box::new(state)));
-        let job = self.job.silent(self.job.threads);
-        let (summary, state) = drive::simulate(&self.model, origin, (&job, true), &mut last)?;
-        self.state = Some(state);
-        self.job.report("steps", self.wanted.steps - self.left, self.wanted.steps);
-        let Some(frame) = last.frame else {
-            return Err(DemError::Unusable("the compression gave no state".to_owned()));
-        };
-        if let Outcome::Stopped { reason, .. } = summary.outcome {
-            return Err(DemError::Unusable(format!("the compression stopped: {reason}")));
-        }
-        for (body, state) in self.model.bodies.iter_mut().zip(&frame.bodies) {
-            (body.position, body.orientation) = (state.position, state.orientation);
-            (body.velocity, body.spin) = (state.velocity, state.spin);
-        }
-        Ok(self.look(&frame, last.pushes))
-    }
-
-    fn look(&self, frame: &Frame, pushes: Vec<Push>) -> Look {
-        let model = &self.model;
-        let dimension = model.dimension.count();
-        let mut net = vec![Vec3::zeros(); model.bodies.len()];
-        let (mut virial, mut sizes) = (0.0, 0.0);
-        for push in &pushes {
-            sizes += push.force.norm();
-            let sides = [(Some(push.first), push.force), (push.second, -push.force)];
-            for (sphere, force) in sides {
-                let Some(sphere) = sphere else { continue };
-                let body = model.spheres[sphere as usize].body as usize;
-                net[body] += force;
-                virial += force.dot(&model.way(frame.bodies[body].position - push.point));
-            }
-        }
-        let left: f64 = net.iter().map(|force| force.norm()).sum();
-        let mean = sizes / pushes.len().max(1) as f64;
-        let count = net.len().max(1) as f64;
-        let bed = Bed::new(
-            Spheres {
-                centres: frame.centres.clone(),
-                radii: model.spheres.iter().map(|sphere| sphere.radius).collect(),
-                body: model.spheres.iter().map(|sphere| sphere.body).collect(),
-                dimension,
-                // The domain ends at the sides that repeat.
-                room: Some(model.domain),
-                periodic: model.periodic.map_or([false; 3], |cell| cell.periodic),
-                pushes,
-            },
-            0.0,
-        );
+    fn look(&mut self) -> Result<Look, DemError> {
+        let seen = self.rig.advance(CHUNK)?;
+        let unbalanced = seen.unbalanced(&self.rig.model);
+        let virial = seen.virial(&self.rig.model);
+        let bed = seen.bed(&self.rig.model);
         let worst = bed.contacts.iter().fold(0.0_f64, |worst, contact| {
             let (i, j) = (contact.first as usize, contact.second as usize);
             worst.max(-contact.gap / bed.spheres.radii[i].min(bed.spheres.radii[j]))
         });
-        Look {
-            stress: virial / (dimension as f64 * self.volume),
+        Ok(Look {
+            stress: virial / (self.rig.model.dimension.count() as f64 * self.volume),
             coordination: if self.wanted.friction > 0.0 { mechanical(&bed) } else { held(&bed) },
-            unbalanced: if mean > 0.0 { left / count / mean } else { 0.0 },
+            unbalanced,
             worst,
-        }
+        })
     }
 
     /// To a porosity: the growth is known beforehand.
     fn reach_porosity(&mut self, porosity: f64) -> Result<Look, DemError> {
-        let dimension = self.model.dimension.count() as f64;
+        let dimension = self.rig.model.dimension.count() as f64;
         let way = ((1.0 - porosity) / self.fraction()).ln() / dimension;
         let parts = (way.abs() / GROWTH).ceil().max(1.0);
         let mut look = Look::default();
         for _ in 0..parts as usize {
             self.grow((way / parts).exp());
             look = self.settle(false)?;
-            if self.left == 0 || self.job.is_cancelled() {
+            if self.rig.left == 0 || self.rig.job.is_cancelled() {
                 break;
             }
         }
@@ -317,17 +191,17 @@ impl<'a> Press<'a> {
             (target * (1.0 - self.wanted.tolerance), target * (1.0 + self.wanted.tolerance));
         let mut growth = GROWTH;
         let mut look = self.settle(false)?;
-        while self.left > 0 && growth.abs() > LEAST && !self.job.is_cancelled() {
+        while self.rig.left > 0 && growth.abs() > LEAST && !self.rig.job.is_cancelled() {
             let near = |look: &Look| of(look) >= low && of(look) <= high;
             let mut quiet = 0;
-            while near(&look) && quiet < QUIET && self.left > 0 {
+            while near(&look) && quiet < QUIET && self.rig.left > 0 {
                 look = self.settle(true)?;
                 quiet = if look.unbalanced <= self.wanted.balance { quiet + 1 } else { 0 };
             }
             if near(&look) {
                 return Ok(look);
             }
-            let before = (self.model.clone(), self.state.clone(), self.scale, look);
+            let before = (self.rig.model.clone(), self.rig.state.clone(), self.scale, look);
             self.grow(1.0 + growth);
             look = self.settle(false)?;
             // Where the target lies between the two states, or beyond both, as a share of the step.
@@ -336,15 +210,16 @@ impl<'a> Press<'a> {
             if self.wanted.friction > 0.0 {
                 if of(&look) > high {
                     growth *= share.clamp(0.1, 0.7);
-                    (self.model, self.state, self.scale, look) = before;
+                    (self.rig.model, self.rig.state, self.scale, look) = before;
                     // The push of larger steps is in their motion, and would jam them by itself.
-                    self.state.iter_mut().for_each(zeroing::calm);
+                    self.rig.state.iter_mut().for_each(zeroing::calm);
                 } else {
-                    growth = (1.5 * growth).min(GROWTH);
+                    growth = (FASTER * growth).min(GROWTH);
                 }
-            } else if passed && !near(&look) {
+            } else if !near(&look) {
                 // Without friction there is no memory: back by what was too much.
-                growth *= -(1.0 - share.clamp(0.1, 0.9));
+                let back = -(1.0 - share.clamp(0.1, 0.9)) * growth;
+                growth = if passed { back } else { (FASTER * growth).clamp(-GROWTH, GROWTH) };
             }
         }
         Ok(look)
@@ -371,8 +246,8 @@ impl<'a> Press<'a> {
         let near = self.met(&look);
         // Without load there is nothing to balance.
         let rest = look.unbalanced <= self.wanted.balance || look.stress <= 0.0;
-        let ended = match (near, rest, self.left) {
-            _ if self.job.is_cancelled() => "stopped before the end",
+        let ended = match (near, rest, self.rig.left) {
+            _ if self.rig.job.is_cancelled() => "stopped before the end",
             (true, true, _) => "target met",
             (true, false, _) => "target met, forces not yet in balance",
             (false, ..) if before => {
@@ -381,18 +256,9 @@ impl<'a> Press<'a> {
             (false, _, 0) => "steps used up before the target",
             (false, ..) => "target not met: no state nearer to it was found",
         };
-        let steps = self.wanted.steps - self.left;
+        let steps = self.wanted.steps - self.rig.left;
         Compressed {
-            states: self
-                .model
-                .bodies
-                .iter()
-                .map(|body| BodyState {
-                    velocity: Vec3::zeros(),
-                    spin: Vec3::zeros(),
-                    ..body.state()
-                })
-                .collect(),
+            states: self.rig.states(),
             scale: self.scale,
             stress: look.stress,
             coordination: look.coordination,
@@ -408,7 +274,7 @@ impl<'a> Press<'a> {
                 if self.wanted.friction > 0.0 { "(mechanical)" } else { "(without rattlers)" },
                 look.worst,
                 look.unbalanced,
-                self.model.bodies.len(),
+                self.rig.model.bodies.len(),
                 self.wanted.friction
             ),
         }
@@ -433,7 +299,7 @@ fn mechanical(bed: &Bed) -> f64 {
 mod tests {
     use super::*;
     use crate::geometry::{Bounds, Cell};
-    use crate::model::{Body, ContactTable, Dimension, Material, Scheme, Sphere};
+    use crate::model::{Body, Contact, ContactTable, Dimension, Material, Scheme, Sphere};
     use crate::pack::scatter;
     use crate::pack::space::Space;
 

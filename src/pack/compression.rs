@@ -19,6 +19,9 @@ pub struct Compression {
     pub until: Until,
     /// Friction while grains are compressed, 0 to 100; default 0, which gives the densest states; large values give loose ones.
     pub friction: f64,
+    /// Local damping (Cundall) while grains come to rest, 0.05 to 0.95; default 0.3. With friction more damping gives
+    /// looser states, as grains are stopped sooner.
+    pub damping: f64,
     /// Solid fraction at the start, 0.01 to 0.5; default 0.3.
     pub start: f64,
     /// How near to the target is near enough, relative, 1e-4 to 0.5; default 0.01.
@@ -47,6 +50,7 @@ impl Default for Compression {
         Self {
             until: Until::Stress(Pressure(1e3)),
             friction: 0.0,
+            damping: 0.3,
             start: 0.3,
             tolerance: 0.01,
             balance: 1e-3,
@@ -64,6 +68,7 @@ impl Compression {
             Until::Coordination(number) => Fault::within("until.coordination", number, 1.0, 12.0)?,
         }
         Fault::within("friction", self.friction, 0.0, 100.0)?;
+        Fault::within("damping", self.damping, 0.05, 0.95)?;
         Fault::within("start", self.start, 0.01, 0.5)?;
         Fault::within("tolerance", self.tolerance, 1e-4, 0.5)?;
         Fault::within("balance", self.balance, 1e-8, 0.1)?;

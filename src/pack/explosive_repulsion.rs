@@ -78,9 +78,8 @@ impl ExplosiveRepulsion {
         let calmed = soft.calm(self.rounds, self.calm, 0.1 * smallest, job);
         let mut relaxed = soft.relax(self.overlap, 1e-5, self.steps, job);
         relaxed.steps += calmed;
-        let (kept, escaped): (Vec<_>, Vec<_>) = balls_of(&soft)
-            .into_iter()
-            .partition(|(_, ball)| region.clearance(&ball.centre) >= 0.0);
+        let (kept, escaped): (Vec<_>, Vec<_>) =
+            balls_of(&soft).into_iter().partition(|(_, ball)| space.clearance(&ball.centre) >= 0.0);
         let dropped: Vec<u32> = escaped.iter().map(|(grain, _)| *grain as u32).collect();
         let why = format!(
             "{}; {} escaped",

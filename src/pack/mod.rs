@@ -8,6 +8,7 @@ pub mod array;
 pub mod bed;
 pub mod compression;
 pub mod control_points;
+pub mod deposition;
 pub mod digital;
 mod dress;
 pub mod drop_and_roll;
@@ -52,6 +53,7 @@ pub use array::Array;
 pub use bed::{Bed, Push, Spheres};
 pub use compression::Compression;
 pub use control_points::ControlPoints;
+pub use deposition::Deposition;
 pub use digital::Digital;
 pub use drop_and_roll::DropAndRoll;
 pub use explosive_repulsion::ExplosiveRepulsion;
@@ -119,6 +121,8 @@ pub enum Method {
     ForceBiased(ForceBiased),
     /// Grains that our own DEM compresses to a stress, a porosity or a coordination number.
     Compression(Compression),
+    /// Grains that fall into place under gravity in our own DEM.
+    Deposition(Deposition),
     /// Grains of cells that wander cell by cell.
     Digital(Digital),
     /// Bodies of surface points that move along random unit vectors.
@@ -237,6 +241,13 @@ pub const METHODS: &[MethodEntry] = &[
         example: r#"packing.compression = { until.stress = "10 kPa", friction = 0.5 }"#,
     },
     MethodEntry {
+        key: "deposition",
+        id: "DEM",
+        summary: "grains fall into place under gravity in our own DEM, with a friction of their own for dense or loose beds, until forces balance",
+        source: "Cundall & Strack 1979",
+        example: r#"packing.deposition = { friction = 0.1 }"#,
+    },
+    MethodEntry {
         key: "digital",
         id: "P7",
         summary: "container and grains as cells of a lattice; any shape wanders cell by cell, turns, and rebounds",
@@ -306,11 +317,30 @@ impl Method {
             Self::MovingBoundary(_) => "moving_boundary",
             Self::ForceBiased(_) => "force_biased",
             Self::Compression(_) => "compression",
+            Self::Deposition(_) => "deposition",
             Self::Digital(_) => "digital",
             Self::ControlPoints(_) => "control_points",
             Self::Replace(_) => "replace",
             Self::Placed(_) => "placed",
         }
+    }
+
+    /// Whether our own DEM does it, so that the scene's contacts, walls and plan count.
+    pub fn is_prepared(&self) -> bool {
+        matches!(self, Self::Compression(_) | Self::Deposition(_))
+    }
+
+    /// Whether it fills boxes whose sides repeat.
+    fn repeats(&self) -> bool {
+        !matches!(
+            self,
+            Self::Apollonian(_)
+                | Self::DropAndRoll(_)
+                | Self::MovingBoundary(_)
+                | Self::Digital(_)
+                | Self::ControlPoints(_)
+                | Self::Replace(_)
+        )
     }
 
     /// A fault for parameters that cannot be used.
@@ -328,6 +358,7 @@ impl Method {
             Self::MovingBoundary(parameters) => parameters.validate(),
             Self::ForceBiased(parameters) => parameters.validate(),
             Self::Compression(parameters) => parameters.validate(),
+            Self::Deposition(parameters) => parameters.validate(),
             Self::Digital(parameters) => parameters.validate(),
             Self::ControlPoints(parameters) => parameters.validate(),
             Self::Replace(parameters) => parameters.validate(),
@@ -363,18 +394,12 @@ pub fn pack(
         }
     }
     let reach = grains.iter().map(occupied::clump_radius).fold(0.0, f64::max);
-    if let Some(axis) = region.cell().and_then(|cell| cell.too_short(reach)) {
-        let problem = format!(
-            "is too short along {} for grains of bounding radius {reach} m",
-            ["x", "y", "z"][axis]
-        );
-        let allowed = format!("periodic edges of at least {} m", 4.0 * reach);
-        return Err(Fault::new("container", problem, allowed).into());
-    }
-    let wraps = matches!(method, Method::Random(_) | Method::Array(_) | Method::Placed(_));
-    if region.cell().is_some() && !wraps {
+    fits_its_images(region, reach)?;
+    if region.cell().is_some() && !method.repeats() {
         let problem = "does not fill periodic boxes";
-        let allowed = "random, array or placed, or a box without `periodic`";
+        let allowed = "a box without `periodic`, or a method that asks for nothing but distances: random, array, \
+                       random_apollonian, simultaneous_growth, packing_limited_growth, radius_expansion, \
+                       explosive_repulsion, force_biased, compression, placed";
         return Err(Fault::new(method.key(), problem, allowed).into());
     }
     let laid = match method {
@@ -389,9 +414,9 @@ pub fn pack(
         Method::ExplosiveRepulsion(parameters) => parameters.lay(grains, region, seed, job),
         Method::MovingBoundary(parameters) => parameters.lay(grains, region, seed, job),
         Method::ForceBiased(parameters) => parameters.lay(grains, region, seed, job),
-        Method::Compression(_) => {
+        Method::Compression(_) | Method::Deposition(_) => {
             let problem = "is done by the DEM, which this function stands before";
-            Err(Fault::new("compression", problem, "a scene, through its road"))
+            Err(Fault::new(method.key(), problem, "a scene, through its road"))
         }
         Method::Digital(parameters) => parameters.lay(grains, region, seed, job),
         Method::ControlPoints(parameters) => parameters.lay(grains, region, seed, job),
@@ -404,10 +429,29 @@ pub fn pack(
         }
         Method::Placed(parameters) => parameters.lay(grains, families, region),
     }?;
+    let grown = laid
+        .placements
+        .iter()
+        .map(|laid| laid.scale * occupied::clump_radius(&grains[laid.grain as usize]));
+    fits_its_images(region, grown.fold(0.0, f64::max))?;
     Ok(measured(laid, grains, region))
 }
 
+/// A fault for bodies that reach `reach` [m] from their centres in a periodic box too short for them.
+fn fits_its_images(region: &Region, reach: f64) -> Result<(), Fault> {
+    let Some(axis) = region.cell().and_then(|cell| cell.too_short(reach)) else { return Ok(()) };
+    let name = ["x", "y", "z"][axis];
+    let problem = format!("is too short along {name} for grains of bounding radius {reach} m");
+    let allowed = format!("periodic edges of at least {} m", 4.0 * reach);
+    Err(Fault::new("container", problem, allowed))
+}
+
 fn measured(mut laid: Laid, grains: &[Grain], region: &Region) -> Packing {
+    if let Some(cell) = region.cell() {
+        for laid in &mut laid.placements {
+            laid.position += cell.home(&laid.position);
+        }
+    }
     laid.placements.sort_by_key(|placement| placement.grain);
     laid.dropped.sort_unstable();
     let measures = measure::measure(&laid.placements, grains, region);
@@ -589,6 +633,58 @@ mod tests {
         assert!(METHODS.iter().all(|entry| schema.contains(&format!("\"{}\"", entry.key))));
         for typo in ["random = { trys = 3 }", "array = { pattern = 'hex' }", "rain = {}"] {
             assert!(toml::from_str::<Method>(typo).is_err(), "{typo}");
+        }
+    }
+
+    #[test]
+    fn boxes_that_repeat_are_filled_across_their_sides() {
+        for (dimension, share) in [(2, 0.5), (3, 0.3)] {
+            let volume = share / 60.0;
+            let radius = match dimension {
+                2 => (volume / std::f64::consts::PI).sqrt(),
+                _ => (0.75 * volume / std::f64::consts::PI).cbrt(),
+            };
+            let clumps: Vec<_> = (0..60).map(|_| samples::sphere(radius, dimension)).collect();
+            let grains = samples::of(&clumps);
+            let room =
+                samples::periodic_room(&[1.0, 1.0, 1.0][..dimension], [true, true, dimension == 3]);
+            for entry in METHODS {
+                if ["placed", "compression", "deposition"].contains(&entry.key) {
+                    continue;
+                }
+                let method: Method =
+                    toml::from_str(&format!("{} = {{}}", entry.key)).expect("defaults");
+                let packed = pack(&grains, &[], &room, &method, 1, &Job::quiet());
+                if !method.repeats() {
+                    let told = packed.expect_err("refused").to_string();
+                    assert!(told.contains("does not fill periodic boxes"), "{told}");
+                    continue;
+                }
+                let packing = packed.unwrap_or_else(|error| panic!("{}: {error}", entry.key));
+                let (gap, _) = samples::brute_force(&packing, &grains, &room);
+                assert!(packing.placements.len() > 30, "{}: {}", entry.key, packing.outcome);
+                assert!(
+                    gap > -1e-3 * radius,
+                    "{}, {dimension}-D: {gap} {}",
+                    entry.key,
+                    packing.outcome
+                );
+                let crossing = |laid: &Placement| {
+                    let reach = laid.scale * radius;
+                    (0..dimension).any(|axis| {
+                        laid.position[axis] < reach || laid.position[axis] > 1.0 - reach
+                    })
+                };
+                let inside = |laid: &Placement| {
+                    (0..dimension).all(|axis| (0.0..=1.0).contains(&laid.position[axis]))
+                };
+                assert!(packing.placements.iter().all(inside), "{}", entry.key);
+                assert!(
+                    entry.key == "array" || packing.placements.iter().any(crossing),
+                    "{} keeps off the sides",
+                    entry.key
+                );
+            }
         }
     }
 

@@ -21,12 +21,12 @@ pub struct Space<'a> {
 }
 
 impl<'a> Space<'a> {
-    /// The inside of a region. A box keeps its bounds only, which may then be moved.
+    /// The inside of a region. A box keeps its bounds and periodic sides only, which may then be moved.
     pub fn of(region: &'a Region) -> Self {
         Self {
             dimension: region.dimension(),
             bounds: region.bounds(),
-            periodic: [false; 3],
+            periodic: region.cell().map_or([false; 3], |cell| cell.periodic),
             region: (!matches!(region, Region::Box(_))).then_some(region),
         }
     }

@@ -1,16 +1,14 @@
 //! Packings that our own DEM compresses: loose random start, compression, back to placements.
 
-use super::build;
-use super::grains::Grain;
+use super::preparing::{Lost, laid, shrunk};
 use super::road::{Grains, Road, RoadError};
 use super::walls::Room;
 use crate::dem::compress;
 use crate::geometry::Region;
+use crate::num::Fault;
 use crate::num::units::Pressure;
-use crate::num::{Fault, Vec3};
 use crate::pack::compression::{Compression, Until};
-use crate::pack::random::Random;
-use crate::pack::{self, Method, Packing, Placement};
+use crate::pack::{self, Packing};
 
 /// Largest overlap over the radius that a stress may ask for.
 const SOFT: f64 = 0.1;
@@ -29,7 +27,6 @@ impl Road {
     ) -> Result<Packing, RoadError> {
         let here = |fault: Fault| self.wrong(fault.under("compression").under("packing"));
         wanted.validate().map_err(here)?;
-        let scene = &self.loaded.scene;
         let dimension = region.dimension() as u32;
         let volume = region.volume();
         let list = super::packing::listed(grains);
@@ -46,53 +43,20 @@ impl Road {
             copies: grains.copies.clone(),
             key: grains.key.clone(),
         };
-        let names: Vec<&str> = scene.grains.iter().map(|family| family.name.as_str()).collect();
-        let random = Method::Random(Random { tries: 10_000, ..Random::default() });
-        let loose = super::packing::listed(&small);
-        let start = pack::pack(&loose, &names, region, &random, scene.seed, &self.job)
-            .map_err(|error| self.refused(error))?;
-        if !start.dropped.is_empty() {
-            let problem = format!(
-                "is {}: {} of {} grains find no place without overlap",
-                wanted.start,
-                start.dropped.len(),
-                list.len()
-            );
-            return Err(here(Fault::new("start", problem, "a smaller solid fraction")));
-        }
-        let built = build::build(
-            &self.loaded,
-            Some(region),
-            &room.walls,
-            &small.distinct,
-            &small.copies,
-            &start,
-        )
-        .map_err(|fault| self.wrong(fault))?;
+        let start = self.loose(&small, room, region).map_err(|lost| match lost {
+            Lost::Places(why) => {
+                let problem = format!("is {}: {why}", wanted.start);
+                here(Fault::new("start", problem, "a smaller solid fraction"))
+            }
+            Lost::Otherwise(error) => error,
+        })?;
         if let Until::Stress(stress) = wanted.until {
-            stiff_enough(&built.model, stress).map_err(here)?;
+            stiff_enough(&start.built.model, stress).map_err(here)?;
         }
-        let done = compress(&built.model, volume, wanted.start * volume, wanted, &self.job)
+        let done = compress(&start.built.model, volume, wanted.start * volume, wanted, &self.job)
             .map_err(RoadError::Dem)?;
         let scale = first * done.scale;
-        let placements: Vec<Placement> = start
-            .placements
-            .iter()
-            .zip(&done.states)
-            .map(|(laid, state)| {
-                let balls = &list[laid.grain as usize].clump.balls;
-                // A body of one sphere is that sphere: it keeps the orientation of its grain.
-                let (position, orientation) = match &balls[..] {
-                    [ball] => (
-                        state.position - laid.orientation * (ball.centre * scale),
-                        laid.orientation,
-                    ),
-                    _ => (state.position, state.orientation),
-                };
-                let (velocity, spin) = (Vec3::zeros(), Vec3::zeros());
-                Placement { position, orientation, velocity, spin, scale, ..*laid }
-            })
-            .collect();
+        let placements = laid(&start.packing, &done.states, &list, scale);
         let measures = pack::measure::measure(&placements, &list, region);
         let outcome = format!("{}; all sizes times {scale:.6}", done.outcome);
         if !done.met {
@@ -100,11 +64,6 @@ impl Road {
         }
         Ok(Packing { placements, dropped: Vec::new(), outcome, measures })
     }
-}
-
-/// A grain `scale` times as large, without its solid: spheres are what the DEM knows.
-fn shrunk(grain: &Grain, scale: f64, dimension: u32) -> Grain {
-    Grain { family: grain.family, solid: None, clump: grain.clump.scaled(scale, dimension) }
 }
 
 /// A fault for a stress that contacts of this stiffness bear with large overlaps only:

@@ -16,6 +16,7 @@ pub mod measuring;
 mod packing;
 pub mod paging;
 pub mod parameters;
+mod preparing;
 pub mod road;
 pub mod running;
 pub mod shipped;

@@ -26,8 +26,8 @@ impl Road {
                 scene.dimension,
                 scene.container.as_ref().map(|c| &c.shape),
                 scene.packing,
-                // What the DEM of a compression depends on.
-                matches!(scene.packing, pack::Method::Compression(_)).then_some((
+                // What the DEM of a preparation depends on.
+                scene.packing.is_prepared().then_some((
                     &scene.materials,
                     &scene.contact,
                     &scene.pairs,
@@ -56,6 +56,9 @@ impl Road {
         let packed = match (&room.region, &scene.packing) {
             (Some(region), pack::Method::Compression(wanted)) => {
                 Ok(self.compressed(grains, room, region, wanted)?)
+            }
+            (Some(region), pack::Method::Deposition(wanted)) => {
+                Ok(self.deposited(grains, room, region, wanted)?)
             }
             (Some(region), method) => {
                 pack::pack(&list, &names, region, method, scene.seed, &self.job)

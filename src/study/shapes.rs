@@ -203,7 +203,6 @@ fn compressed(form: &Form, friction: f64, count: usize, job: &Job) -> Result<Row
         until: Until::Stress(Pressure(25.0)),
         friction,
         tolerance: 0.1,
-        balance: 5e-3,
         ..Compression::default()
     };
     let (done, seconds) = timed(|| dem::compress(&model, 1.0, start, &wanted, job));
