@@ -7,6 +7,7 @@ mod solvers {
     mod discs;
     mod forces;
     mod lammps;
+    mod multisphere;
     mod periodic;
     mod runs;
     mod walls;

@@ -4,6 +4,7 @@
 pub mod body;
 pub mod bond;
 pub mod contact;
+pub mod decks;
 pub mod extra;
 pub mod far;
 pub mod needs;
@@ -16,6 +17,7 @@ pub mod wall;
 pub use body::{Body, Material, Sphere};
 pub use bond::{Bond, Break, BreakMode, Section, Strength};
 pub use contact::{Contact, ContactTable};
+pub use decks::{ClumpRoute, Decks};
 pub use extra::{Extra, PairForces};
 pub use far::{FarMethod, MutualGravity, TreeParameters};
 pub use needs::Needs;
@@ -90,6 +92,8 @@ pub struct Model {
     pub periodic: Option<Cell>,
     /// Scheme, step and duration.
     pub plan: Plan,
+    /// Choices for the decks of outside solvers.
+    pub decks: Decks,
 }
 
 impl Model {

@@ -68,6 +68,7 @@ pub fn model(side: usize) -> Model {
         local_damping: 0.0,
         domain: Bounds { low: Vec3::zeros(), high: Vec3::repeat(pitch * (side + 4) as f64) },
         periodic: None,
+        decks: Default::default(),
         plan: Plan {
             step: 1e-5,
             reason: StepReason::Auto("a fiftieth of the shortest contact".into()),

@@ -108,6 +108,7 @@ pub fn build(
         domain,
         periodic: region.and_then(Region::cell),
         plan,
+        decks: scene.decks,
     };
     let advice = advise(&model);
     set_step(scene, &mut model.plan, &advice)?;

@@ -65,7 +65,9 @@ pub const FEATURES: &[Feature] = &[
         what: "rigid clumps",
         there: |n| n.clumps,
         abilities: [
-            Approximate("Richardson-corrected turn; exact in scheme `liggghts`"),
+            Approximate(
+                "Richardson-corrected turn, by `fix rigid` or, where `decks.liggghts_clumps` says so, `fix multisphere`; exact in scheme `liggghts`",
+            ),
             Approximate(
                 "turn of first order in the step, which gains energy; exact in scheme `yade`",
             ),

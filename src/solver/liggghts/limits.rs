@@ -1,6 +1,6 @@
 //! What LIGGGHTS 3.8.0 cannot express or does in its own way.
 
-use super::values;
+use super::{multisphere, values};
 use crate::geometry::Mesh;
 use crate::model::extra::{Cohesion, Rolling};
 use crate::model::{Arm, Coulomb, History, Lost, Model, Motion, PairForces, Scheme, WallShape};
@@ -24,6 +24,7 @@ pub fn of(model: &Model) -> Vec<Limit> {
     let mut limits = Vec::new();
     law(model, &mut limits);
     limits.extend(single::limits(model, "LIGGGHTS"));
+    limits.extend(multisphere::limits(model));
     walls(model, &mut limits);
     limits
 }
@@ -63,7 +64,7 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
     }
     if needs.clumps && !plan.scheme.is_richardson() {
         limits.push(Limit::differs(
-            "clumps turn by LAMMPS' Richardson-corrected quaternion step of fix rigid",
+            "clumps turn by LAMMPS' Richardson-corrected quaternion step (fix rigid, fix multisphere)",
         ));
     }
 }
@@ -106,7 +107,7 @@ fn extra(model: &Model, limits: &mut Vec<Limit>) {
         ));
     }
     let spins = |body: &crate::model::Body| body.sphere_count > 1 && body.spin.norm() > 0.0;
-    if needs.drag && model.bodies.iter().any(spins) {
+    if needs.drag && !multisphere::is_used(model) && model.bodies.iter().any(spins) {
         limits.push(Limit::differs(
             "in the first half step drag sees the spheres of a spinning clump at the velocity of its centre",
         ));

@@ -387,6 +387,21 @@ fn bodies() -> Vec<Case> {
                 ),
             )
         },
+        Case {
+            tolerance: 1e-8,
+            ..case(
+                "clump-multisphere",
+                "two clumps on each other and on a plane; LIGGGHTS by fix multisphere",
+                clumps(
+                    "Clumps by fix multisphere",
+                    &[
+                        grain([0.0, 0.0, 0.009], [0.1, 0.0, -0.4], spin),
+                        grain([0.003, 0.002, 0.022], [0.0, 0.0, -0.6], [-10.0, 40.0, 5.0]),
+                    ],
+                    &floor(),
+                ) + "\n[decks]\nliggghts_clumps = \"multisphere\"\n",
+            )
+        },
         case(
             "clump-free",
             "a clump tumbles in free fall",
