@@ -10,5 +10,6 @@ mod solvers {
     mod multisphere;
     mod periodic;
     mod runs;
+    mod springs;
     mod walls;
 }

@@ -11,6 +11,7 @@ pub mod needs;
 pub mod plan;
 pub mod restitution;
 pub mod run;
+pub mod spring;
 pub mod state;
 pub mod wall;
 
@@ -23,6 +24,7 @@ pub use far::{FarMethod, MutualGravity, TreeParameters};
 pub use needs::Needs;
 pub use plan::{Arm, Coulomb, Guard, History, LOOK_EVERY, Law, Lost, Plan, Scheme, StepReason};
 pub use run::{Cost, Outcome, Run, SeriesRow, Touch};
+pub use spring::{Partner, Spring};
 pub use state::{BodyState, Frame};
 pub use wall::{Motion, Wall, WallShape};
 
@@ -92,6 +94,8 @@ pub struct Model {
     pub periodic: Option<Cell>,
     /// Scheme, step and duration.
     pub plan: Plan,
+    /// Tangential springs that contacts have at time 0; none in most scenes.
+    pub springs: Vec<Spring>,
     /// Choices for the decks of outside solvers.
     pub decks: Decks,
 }

@@ -108,6 +108,7 @@ pub fn build(
         domain,
         periodic: region.and_then(Region::cell),
         plan,
+        springs: Vec::new(),
         decks: scene.decks,
     };
     let advice = advise(&model);

@@ -321,16 +321,16 @@ pub const FEATURES: &[Feature] = &[
     },
     Feature {
         what: "a state with its tangential springs",
-        there: |_| false,
+        there: |n| n.springs,
         abilities: [
             Impossible(
-                "data files have no contact history: places, velocities and spins are handed over, springs begin at zero (`--lock-step` starts our own DEM the same way)",
+                "a state with its tangential springs: LIGGGHTS' data files have no contact history, and only its own restarts do; use compare.start = \"final\" (springs begin at zero) or YADE",
+            ),
+            Partly(
+                "spheres, clumps and planes along axes (the first step advances them once); refused at meshes, oblique planes and in periodic boxes",
             ),
             Impossible(
-                "the deck hands over places, velocities and spins; springs begin at zero (`--lock-step` starts our own DEM the same way)",
-            ),
-            Impossible(
-                "data files have no contact history: springs begin at zero (`--lock-step` starts our own DEM the same way)",
+                "a state with its tangential springs: LAMMPS' data files have no contact history, and only its own restarts do; use compare.start = \"final\" (springs begin at zero) or YADE",
             ),
         ],
     },
@@ -451,6 +451,13 @@ mod tests {
                 let bounds = model.domain;
                 model.periodic = Some(crate::geometry::Cell { bounds, periodic: [true; 3] });
             }
+            "a state with its tangential springs" => {
+                let (sphere, other) = (0, crate::model::Partner::Plane(0));
+                let stretch = Vec3::x() * 1e-7;
+                let place = model.bodies[0].position - Vec3::z() * model.spheres[0].radius;
+                examples::add_plane(&mut model, "floor", place, Vec3::z(), Motion::Still);
+                model.springs.push(crate::model::Spring { sphere, other, stretch });
+            }
             "walls that rotate" => {
                 let motion = Motion::Rotate { origin: Vec3::zeros(), axis: Vec3::z(), rate: 2.0 };
                 let point = Vec3::new(0.0, 0.0, -3e-3);
@@ -463,8 +470,7 @@ mod tests {
             | "electrostatic forces"
             // What no scene can ask for.
             | "grains inserted over time"
-            | "restarts in the middle of a run"
-            | "a state with its tangential springs" => return None,
+            | "restarts in the middle of a run" => return None,
             other => panic!("no example for {other}"),
         }
         Some(model)

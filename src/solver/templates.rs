@@ -39,6 +39,7 @@ templates![
     "yade/run.py",
     "yade/run.sh",
     "yade/spheres.csv",
+    "yade/springs.csv",
     "yade/wall.txt",
 ];
 

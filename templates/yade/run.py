@@ -68,6 +68,9 @@ for k in [clump] + parts:
     s = O.bodies[k].state
     s.vel = turn.cross(s.pos - centre)
     s.angVel = turn
+{%- if needs.springs %}
+{{ w.variable }} = parts[:-1]
+{%- endif %}
 {%- else %}
 {{ w.variable }} = O.bodies.append({{ w.variable }})
 {%- endif %}
@@ -253,6 +256,19 @@ def move_walls():
     for wall, direction, asked, fastest in servos:
         give(wall, direction * wanted(wall, direction, asked, fastest))
 {%- endif %}
+{%- endif %}
+{%- if needs.springs %}
+
+# Contacts that have a tangential spring at the start: sphere, kind of what it touches (0 sphere,
+# 1 plane, 2 triangle), number of that, triangle, force of the spring on the sphere.
+walls = [{% for name in walls %}{{ name }}, {% endfor %}]
+for r in table('springs.csv'):
+    a, kind, other, triangle = ids[int(r[0])], int(r[1]), int(r[2]), int(r[3])
+    b = ids[other] if kind == 0 else walls[other] if kind == 1 else walls[other][triangle]
+    i = createInteraction(a, b)
+    # In the step in which an interaction became real the law empties its spring.
+    i.iterMadeReal = -1
+    i.phys.shearForce = Vector3(*r[4:7]) * (-1 if i.id1 == a else 1)
 {%- endif %}
 {%- if needs.bonds %}
 

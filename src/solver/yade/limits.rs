@@ -1,6 +1,6 @@
 //! What YADE 2023.02a cannot express or does in its own way.
 
-use super::{bonds, values};
+use super::{bonds, springs, values};
 use crate::model::{Arm, Coulomb, History, Lost, Model, Scheme, WallShape};
 use crate::solver::{Limit, capability, finite};
 
@@ -36,6 +36,7 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
         ));
     }
     limits.extend(bonds::limits(model));
+    limits.extend(springs::limits(model));
     limits.extend(capability::refusals(1, &needs));
     if let Some(cell) = &model.periodic {
         if needs.discs || cell.periodic != [true; 3] {

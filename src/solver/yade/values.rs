@@ -23,6 +23,8 @@ pub struct Script {
     planes: Vec<WallValues>,
     surfaces: Vec<WallValues>,
     oscillating: Vec<Oscillating>,
+    /// Names of all walls in the deck.
+    walls: Vec<String>,
     /// Steps between two looks for spheres outside the room below; 0 where they may go.
     lost_every: u64,
     room: [[f64; 2]; 3],
@@ -114,6 +116,7 @@ impl Script {
             surfaces: walls(false),
             materials,
             oscillating: oscillating(model),
+            walls: (0..model.walls.len()).map(variable).collect(),
             lost_every: if model.plan.guard.lost == Lost::Remove {
                 crate::model::LOOK_EVERY
             } else {
