@@ -511,7 +511,17 @@ fn bulk() -> Vec<Case> {
         + "\n[compare.tolerance]\ntrajectory = 1e-6\n";
     const INNER: (&str, &str) =
         ("yade", "inner edges of the mesh: every facet that a sphere touches counts");
+    let settled = usual.scene("A bed goes on", &bed([4, 4, 4], inside), &r#box);
     vec![
+        Case {
+            tolerance: 1e-6,
+            reason: SEGMENTS,
+            ..case(
+                "bed-springs",
+                "a settled bed goes on for 500 steps with the tangential springs of its contacts",
+                settled + "\n[compare]\nstart = \"final_with_springs\"\nsteps = 500\n",
+            )
+        },
         Case {
             ranks: true,
             ..segments(
