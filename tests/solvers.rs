@@ -9,6 +9,7 @@ mod solvers {
     mod lammps;
     mod multisphere;
     mod periodic;
+    mod restarts;
     mod runs;
     mod springs;
     mod walls;

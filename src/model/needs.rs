@@ -63,6 +63,8 @@ pub struct Needs {
     pub zeroing: bool,
     /// Contacts have tangential springs at the start.
     pub springs: bool,
+    /// Decks write restart files.
+    pub restarts: bool,
     /// Bodies turn: friction, or clumps, or bonds, or a spin at the start.
     pub rotation: bool,
 }
@@ -113,6 +115,7 @@ impl Needs {
             bond_damping: model.bonds.iter().any(|bond| bond.viscosity > 0.0),
             zeroing: model.plan.zero_every > 0,
             springs: !model.springs.is_empty(),
+            restarts: model.decks.restarts > 0,
             rotation: friction
                 || clumps
                 || !model.bonds.is_empty()
@@ -126,7 +129,7 @@ impl Needs {
     }
 
     /// Every need with its key, what it is for people, and whether this scene has it.
-    pub fn table(&self) -> [(&'static str, &'static str, bool); 29] {
+    pub fn table(&self) -> [(&'static str, &'static str, bool); 30] {
         [
             ("discs", "two dimensions (discs of unit thickness)", self.discs),
             ("spheres", "single spheres", self.spheres),
@@ -156,6 +159,7 @@ impl Needs {
             ("bond_damping", "dashpots in bonds", self.bond_damping),
             ("zeroing", "velocities set to zero every so many steps", self.zeroing),
             ("springs", "tangential springs at the start", self.springs),
+            ("restarts", "restart files of decks", self.restarts),
             ("rotation", "rotation of bodies", self.rotation),
         ]
     }

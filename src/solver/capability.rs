@@ -273,7 +273,7 @@ pub const FEATURES: &[Feature] = &[
         abilities: [
             Partly("with planes along the axes at rest or sliding; meshes are refused"),
             Partly("along all three axes and without walls; others are refused"),
-            Impossible("periodic box: riprap writes no such LAMMPS deck; use LIGGGHTS or YADE"),
+            Partly("with planes along the axes at rest or sliding; others are refused"),
         ],
     },
     Feature {
@@ -306,16 +306,14 @@ pub const FEATURES: &[Feature] = &[
     },
     Feature {
         what: "restarts in the middle of a run",
-        there: |_| false,
+        there: |n| n.restarts,
         abilities: [
-            Impossible(
-                "decks write no restarts: going on repeats the set-up pass with full-step velocities and moves what touches (2e-8 m seen); run the deck in one piece, or use `riprap run --resume`",
+            Partly(
+                "`decks.restarts` and `run.sh --resume`: springs go on, the set-up pass with full-step velocities is made once more (3e-4 radii off after 1 000 steps of a moving bed); refused for clumps and walls that move",
             ),
+            Exact,
             Impossible(
-                "decks write no `O.save`: clump members and contact lists are rebuilt on loading; run the deck in one piece, or use `riprap run --resume`",
-            ),
-            Impossible(
-                "decks write no restarts: going on repeats the set-up pass; run the deck in one piece, or use `riprap run --resume`",
+                "restarts in the middle of a run: riprap writes no such LAMMPS deck; run it in one piece, or use `riprap run --resume`",
             ),
         ],
     },
@@ -451,6 +449,7 @@ mod tests {
                 let bounds = model.domain;
                 model.periodic = Some(crate::geometry::Cell { bounds, periodic: [true; 3] });
             }
+            "restarts in the middle of a run" => model.decks.restarts = 2,
             "a state with its tangential springs" => {
                 let (sphere, other) = (0, crate::model::Partner::Plane(0));
                 let stretch = Vec3::x() * 1e-7;
@@ -469,8 +468,7 @@ mod tests {
             | "molecular potentials"
             | "electrostatic forces"
             // What no scene can ask for.
-            | "grains inserted over time"
-            | "restarts in the middle of a run" => return None,
+            | "grains inserted over time" => return None,
             other => panic!("no example for {other}"),
         }
         Some(model)

@@ -426,6 +426,7 @@ fn decks_hold_what_is_needed_and_nothing_else() {
         "periodic",
         "servo_walls",
         "springs",
+        "restarts",
     ];
     for (key, _, _) in examples::two_spheres().needs().table() {
         let both = seen.contains(&(key, true)) && seen.contains(&(key, false));

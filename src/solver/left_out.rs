@@ -13,7 +13,7 @@ pub struct LeftOut {
 }
 
 /// What hardly any deck can have (see the limits of the solvers), so that lacking it says nothing.
-const NEVER: &[&str] = &["mutual_gravity", "servo_walls", "springs"];
+const NEVER: &[&str] = &["mutual_gravity", "servo_walls", "springs", "restarts"];
 
 /// Everything that `needs` lacks and a deck could have.
 pub fn left_out(needs: &Needs) -> Vec<LeftOut> {
@@ -91,6 +91,7 @@ mod tests {
             bond_damping: false,
             zeroing: false,
             springs: false,
+            restarts: false,
             rotation: false,
         };
         let list = left_out(&none);

@@ -86,6 +86,17 @@ fn extra(model: &Model, limits: &mut Vec<Limit>) {
             "damped rolling (epsd) of clumps: LIGGGHTS takes the masses of single spheres of the clump",
         ),
     ];
+    let moves = model.walls.iter().any(|wall| wall.motion.moves());
+    let refused = refused.into_iter().chain([
+        (
+            needs.restarts && needs.clumps,
+            "restarts of clumps: fix rigid and fix multisphere of LIGGGHTS take the momenta of clumps anew from their spheres; use YADE or `riprap run --resume`",
+        ),
+        (
+            needs.restarts && moves,
+            "restarts with walls that move: they would start from their files again; use YADE or `riprap run --resume`",
+        ),
+    ]);
     for (there, reason) in refused {
         if there {
             limits.push(Limit::refused(reason));

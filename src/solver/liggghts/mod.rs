@@ -73,7 +73,7 @@ impl Solver for Liggghts {
         let data = values::Data::new(model, &surfaces, &points);
         let tables = vec![values::atoms(model, &points), values::velocities(model, &points)];
         draft.add_tables("spheres.data", "liggghts/spheres.data", &data, tables)?;
-        draft.add("run.sh", "liggghts/run.sh", &values::Start::new(options))?;
+        draft.add("run.sh", "liggghts/run.sh", &values::Start::new(model, options))?;
         if multisphere::is_used(model) {
             let clumps = multisphere::Clumps::new(model);
             let tables = vec![multisphere::places(model), multisphere::insertions(model)];

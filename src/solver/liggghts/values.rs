@@ -52,6 +52,7 @@ pub struct Script {
     contact_columns: usize,
     last: u64,
     report_every: u64,
+    restart_every: u64,
     steps: u64,
     /// What `thermo_modify lost` does.
     lost: &'static str,
@@ -322,6 +323,7 @@ impl Script {
             contact_columns: if needs.friction { 9 } else { 6 },
             last: steps.max(1),
             report_every: (steps / 100).max(1),
+            restart_every: model.decks.restart_every(steps),
             steps,
             lost: if model.plan.guard.lost == Lost::Remove { "ignore" } else { "error" },
         }
@@ -688,11 +690,12 @@ impl Stl {
 #[derive(Debug, Serialize)]
 pub struct Start {
     ranks: usize,
+    restarts: bool,
 }
 
 impl Start {
     /// Reads the options.
-    pub fn new(options: &DeckOptions) -> Self {
-        Self { ranks: options.ranks }
+    pub fn new(model: &Model, options: &DeckOptions) -> Self {
+        Self { ranks: options.ranks, restarts: model.decks.restarts > 0 }
     }
 }

@@ -35,6 +35,11 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
             "bodies that are taken out where they leave the domain, with rigid clumps or velocities set to zero: riprap writes no such YADE deck",
         ));
     }
+    if needs.restarts && (needs.bonds || plan.guard.lost == Lost::Remove) {
+        limits.push(Limit::refused(
+            "restarts with bonds, or of spheres that are taken out: what broke and what left is kept by the script, not by O.save; use `riprap run --resume`",
+        ));
+    }
     limits.extend(bonds::limits(model));
     limits.extend(springs::limits(model));
     limits.extend(capability::refusals(1, &needs));

@@ -39,6 +39,7 @@ pub struct Script {
     zero_every: u64,
     zero_until: u64,
     frame_every: u64,
+    restart_every: u64,
     report_every: u64,
 }
 
@@ -133,6 +134,7 @@ impl Script {
             zero_every: model.plan.zero_every,
             zero_until: model.plan.zero_until.min(model.plan.steps),
             frame_every: model.plan.frame_every.max(1),
+            restart_every: model.decks.restart_every(model.plan.steps),
             report_every: (model.plan.steps / 50).max(1),
         })
     }
