@@ -43,7 +43,7 @@ pub fn candidates_held(
         .filter_map(|at| {
             let (point, normal) = (patches.points[at], patches.normals[at]);
             let mut radius = widest;
-            for group in patches.groups.iter().filter(|group| !group.inner) {
+            for group in patches.groups.iter().filter(|group| group.inner.is_none()) {
                 let centre = point - normal * radius;
                 let reach = radius - allowed + group.radius;
                 if (group.centre - centre).norm_squared() < reach * reach {
@@ -111,11 +111,10 @@ impl Gaps {
             }
             for i in group.first..group.end {
                 let old = self.gaps[i];
-                let reach = ball.radius + old;
+                let reach = ball.radius + old - group.inner.unwrap_or(0.0);
                 let square = (patches.points[i] - ball.centre).norm_squared();
                 if reach > 0.0 && square < reach * reach {
-                    let new = square.sqrt() - ball.radius;
-                    let new = if group.inner { new.max(0.0) } else { new };
+                    let new = group.gap(square.sqrt() - ball.radius);
                     sum += old * old - new * new;
                 }
             }
@@ -132,8 +131,7 @@ impl Gaps {
             }
             *largest = f64::NEG_INFINITY;
             for i in group.first..group.end {
-                let new = (patches.points[i] - ball.centre).norm() - ball.radius;
-                let new = if group.inner { new.max(0.0) } else { new };
+                let new = group.gap((patches.points[i] - ball.centre).norm() - ball.radius);
                 self.gaps[i] = self.gaps[i].min(new);
                 *largest = largest.max(self.gaps[i]);
             }

@@ -37,8 +37,16 @@ pub struct Group {
     pub first: usize,
     /// One after the last.
     pub end: usize,
-    /// True if the points lie inside the solid and need only be covered.
-    pub inner: bool,
+    /// How deep the points are to be covered, m, if they lie inside the solid and nothing else is
+    /// asked of them; `None` for points of the surface.
+    pub inner: Option<f64>,
+}
+
+impl Group {
+    /// What counts of the distance `from` a sphere to one of the points, m.
+    pub fn gap(&self, from: f64) -> f64 {
+        self.inner.map_or(from, |depth| (from + depth).max(0.0))
+    }
 }
 
 impl Patches {
@@ -46,7 +54,7 @@ impl Patches {
     pub fn new(mesh: &Mesh, count: usize) -> Self {
         let mut sample = even_points(mesh, count);
         let mut groups = Vec::new();
-        split(&mut sample, 0, false, &mut groups);
+        split(&mut sample, 0, None, &mut groups);
         let (points, normals): (Vec<Vec3>, Vec<Vec3>) = sample.into_iter().unzip();
         let coordinates = split_up(&points);
         Self { points, normals, groups, coordinates }
@@ -57,10 +65,10 @@ impl Patches {
         self.coordinates.each_ref().map(|values| &values[range.clone()])
     }
 
-    /// Adds points that must be covered.
-    pub fn add_inner(&mut self, inner: Vec<Vec3>) {
+    /// Adds points that must be covered, `depth` m deep.
+    pub fn add_inner(&mut self, inner: Vec<Vec3>, depth: f64) {
         let mut sample: Vec<(Vec3, Vec3)> = inner.into_iter().map(|p| (p, Vec3::zeros())).collect();
-        split(&mut sample, self.points.len(), true, &mut self.groups);
+        split(&mut sample, self.points.len(), Some(depth), &mut self.groups);
         self.points.extend(sample.iter().map(|(p, _)| p));
         self.coordinates = split_up(&self.points);
     }
@@ -92,7 +100,7 @@ fn even_points(mesh: &Mesh, count: usize) -> Vec<(Vec3, Vec3)> {
     points
 }
 
-fn split(sample: &mut [(Vec3, Vec3)], first: usize, inner: bool, groups: &mut Vec<Group>) {
+fn split(sample: &mut [(Vec3, Vec3)], first: usize, inner: Option<f64>, groups: &mut Vec<Group>) {
     let bounds = Bounds::of(sample.iter().map(|(p, _)| p));
     if sample.len() <= GROUP {
         if !sample.is_empty() {
@@ -142,9 +150,9 @@ mod tests {
             assert_eq!(next, 3000);
             let surface = patches.groups.len();
             let mut patches = patches;
-            patches.add_inner((0..50).map(|i| Vec3::repeat(f64::from(i) * 1e-3)).collect());
+            patches.add_inner((0..50).map(|i| Vec3::repeat(f64::from(i) * 1e-3)).collect(), 0.0);
             assert_eq!(patches.points.len(), 3050);
-            assert!(patches.groups[surface..].iter().all(|group| group.inner));
+            assert!(patches.groups[surface..].iter().all(|group| group.inner == Some(0.0)));
             assert_eq!(patches.groups.last().map(|group| group.end), Some(3050));
         }
     }

@@ -3,7 +3,7 @@
 //! Least over centres c_k and radii r_k of Σ_i |f_i|^p over even surface points x_i, with
 //! f_i = min_k (|x_i − c_k| − r_k): the distance of the point from the union where it lies
 //! outside, minus the depth below the deepest sphere where it lies inside. Inner points count
-//! with max(f_i, 0), so that no void opens. Every point belongs to the sphere of its least
+//! with max(f_i + m, 0), so that no void opens; m is the depth to which they are to be covered. Every point belongs to the sphere of its least
 //! value; the Gauss–Newton system then falls apart in one of 4 × 4 a sphere: rows −(u, 1),
 //! u the unit vector from the centre to the point, weights |f|^(p−2) (iteratively reweighted
 //! least squares), damped after Levenberg and Marquardt. Then points change hands (Lloyd's
@@ -147,10 +147,8 @@ impl Refiner<'_> {
                 }
             }
             for i in group.first..group.end {
-                if group.inner {
-                    fit.gaps[i] = fit.gaps[i].max(0.0);
-                    fit.seconds[i] = fit.seconds[i].max(0.0);
-                }
+                fit.gaps[i] = group.gap(fit.gaps[i]);
+                fit.seconds[i] = group.gap(fit.seconds[i]);
                 fit.cost += self.weight(i, fit.gaps[i]) * self.raised(fit.gaps[i]);
             }
         }
@@ -257,7 +255,7 @@ impl Refiner<'_> {
     }
 
     /// What the cost would rise by without each sphere.
-    fn losses(&self, fit: &Fit) -> Vec<f64> {
+    pub fn losses(&self, fit: &Fit) -> Vec<f64> {
         let mut losses = vec![0.0; fit.balls.len()];
         for (i, &k) in fit.owners.iter().enumerate() {
             let (first, second) = (fit.gaps[i], fit.seconds[i]);
@@ -358,7 +356,7 @@ mod tests {
     #[test]
     fn gaps_and_owners_are_those_of_brute_force() {
         let mut patches = Patches::new(&random_star(4, 0.5), 1200);
-        patches.add_inner((0..40).map(|i| Vec3::repeat(0.01 * f64::from(i))).collect());
+        patches.add_inner((0..40).map(|i| Vec3::repeat(0.01 * f64::from(i))).collect(), 0.0);
         let candidates = cover::candidates(&patches, 1, 0.01, 0.02, 2.0);
         let balls = cover::greedy(&patches, &candidates, Vec::new(), 25);
         let fit = refiner(&patches, 2.0).assign(balls);

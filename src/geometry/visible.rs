@@ -196,6 +196,27 @@ impl Visible {
         })
     }
 
+    /// Points of all visible arcs where two spheres meet, their ends included, at most a ninth of a
+    /// turn apart, each with a direction that leads out of both spheres (zero where there is
+    /// none). Every hollow that balls enclose has some.
+    pub fn creases(&self) -> impl Iterator<Item = (Vec3, Vec3)> + '_ {
+        self.rings.iter().flat_map(move |ring| {
+            ring.free.iter().flat_map(move |&(from, to)| {
+                let parts = ((to - from) / (TAU / 9.0)).ceil().max(1.0);
+                (0..=parts as u32).map(move |k| {
+                    let (s, c) = (from + (to - from) * f64::from(k) / parts).sin_cos();
+                    let point = ring.centre + (ring.u * c + ring.v * s) * ring.radius;
+                    let out = |k: u32| {
+                        let ball = &self.balls[k as usize];
+                        (point - ball.centre) / ball.radius
+                    };
+                    let way = out(ring.balls[0]) + out(ring.balls[1]);
+                    (point, way.try_normalize(1e-9).unwrap_or_else(Vec3::zeros))
+                })
+            })
+        })
+    }
+
     /// About `count` points spread evenly over the visible surface, each standing
     /// for an equal area; their areas sum to an estimate of the visible area.
     pub fn sample(&self, count: usize, stream: &mut Stream) -> Vec<SurfacePoint> {
@@ -389,6 +410,24 @@ mod tests {
                 assert!(exact.abs() <= sampled + 1e-9, "{exact} {sampled}");
                 assert!(sampled <= exact.abs() + 0.06, "{exact} {sampled}");
             }
+        }
+    }
+
+    #[test]
+    fn creases_lie_where_spheres_meet_and_point_out() {
+        let balls = cloud(&mut stream(35, "visible", 0), 12);
+        let visible = Visible::new(&balls);
+        assert!(visible.creases().count() > 40);
+        for (point, _) in visible.creases() {
+            let on = |b: &&Ball| ((point - b.centre).norm() - b.radius).abs() < 1e-7;
+            assert!(visible.at(&point).abs() < 1e-7 && balls.iter().filter(on).count() >= 2);
+        }
+        let pair = [-0.5, 0.5].map(|x| Ball { centre: Vec3::new(x, 0.0, 0.0), radius: 1.0 });
+        let visible = Visible::new(&pair);
+        assert_eq!(visible.creases().count(), 10);
+        for (point, way) in visible.creases() {
+            assert!(point.x.abs() < 1e-12 && way.x.abs() < 1e-12);
+            assert!((visible.at(&(point + way * 0.1)) - 0.1).abs() < 0.02);
         }
     }
 

@@ -156,7 +156,7 @@ fn fit(
     Ok(Some((clump, seconds)))
 }
 
-fn solids() -> Result<Vec<Solid>, StudyError> {
+pub(super) fn solids() -> Result<Vec<Solid>, StudyError> {
     // Off the axes, so that no method gains from a grid that lies along the faces.
     let turn = Rotation::from_euler_angles(0.4, 0.7, 1.1);
     let plain = |name: &str, mesh: Mesh| {

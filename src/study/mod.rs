@@ -14,6 +14,7 @@ mod models;
 mod oblique;
 mod outside;
 mod packing;
+mod reproduction;
 mod shapes;
 mod stand_in;
 mod tree;
@@ -71,6 +72,11 @@ pub const STUDIES: &[Study] = &[
         key: "clump",
         summary: "error of each clump method against the number of spheres and CPU time, on eight solids, and what it costs in rebounds and heaps",
         run: clump::study,
+    },
+    Study {
+        key: "reproduction",
+        summary: "R1 to R5 against what their papers say of them: spheres at equal error, starts, constants, cost, thresholds",
+        run: reproduction::study,
     },
     Study {
         key: "packing",
