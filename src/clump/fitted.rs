@@ -158,11 +158,11 @@ impl Fitted {
     }
 
     pub(super) fn find(&self, target: &Target, job: &Job) -> Result<Found, ClumpError> {
-        let (balls, rms) = match self.error {
+        let (Made { balls, matched }, rms) = match self.error {
             None => (self.fit(target, self.spheres, job)?, None),
             Some(error) => self.fewest(target, error, job)?,
         };
-        Ok(Found { note: self.note(balls.len(), rms), balls })
+        Ok(Found { note: self.note(balls.len(), rms, matched), balls })
     }
 
     /// The fewest spheres that reach `error`, and the error that they reach: counts rise by a
@@ -172,22 +172,22 @@ impl Fitted {
         target: &Target,
         error: f64,
         job: &Job,
-    ) -> Result<(Vec<Ball>, Option<f64>), ClumpError> {
+    ) -> Result<(Made, Option<f64>), ClumpError> {
         let rms = |balls: &[Ball]| distances(target, balls, CHECKS).rms() / target.diameter;
         let mut low = 0;
         let mut high = 4.min(self.spheres);
         let mut best = self.fit(target, high, job)?;
-        let mut reached = rms(&best);
+        let mut reached = rms(&best.balls);
         while reached > error && high < self.spheres {
             low = high;
             high = (high + high.div_ceil(2)).min(self.spheres);
             best = self.fit(target, high, job)?;
-            reached = rms(&best);
+            reached = rms(&best.balls);
         }
         while reached <= error && high - low > (high / 10).max(1) {
             let middle = (low + high) / 2;
             let trial = self.fit(target, middle, job)?;
-            let error_of_trial = rms(&trial);
+            let error_of_trial = rms(&trial.balls);
             if error_of_trial <= error {
                 (high, best, reached) = (middle, trial, error_of_trial);
             } else {
@@ -198,7 +198,7 @@ impl Fitted {
     }
 
     /// At most `count` spheres.
-    fn fit(&self, target: &Target, count: usize, job: &Job) -> Result<Vec<Ball>, ClumpError> {
+    fn fit(&self, target: &Target, count: usize, job: &Job) -> Result<Made, ClumpError> {
         let mesh = &target.solid.mesh;
         let diameter = target.diameter;
         let smallest = self.smallest * diameter;
@@ -283,13 +283,13 @@ impl Fitted {
         let fit = refiner.sweeps(refiner.assign(balls), SWEEPS);
         let fit = self.relocated(&refiner, fit, &candidates, job)?;
         let mut balls = filled(&refiner, fit, target, deep).balls;
-        match self.protrusion {
+        let matched = match self.protrusion {
             None if self.volume == Volume::Matched => {
-                match_volume(&mut balls, target, smallest);
+                Some(match_volume(&mut balls, target, smallest))
             }
-            _ => {}
-        }
-        Ok(balls)
+            _ => None,
+        };
+        Ok(Made { balls, matched })
     }
 
     fn relocated(
@@ -312,7 +312,7 @@ impl Fitted {
         if job.is_cancelled() { Err(ClumpError::Cancelled) } else { Ok(()) }
     }
 
-    fn note(&self, count: usize, rms: Option<f64>) -> String {
+    fn note(&self, count: usize, rms: Option<f64>, matched: Option<bool>) -> String {
         let place = match self.protrusion {
             None => "straddling".to_owned(),
             Some(0.0) => "inscribed".to_owned(),
@@ -325,9 +325,10 @@ impl Fitted {
             (Some(error), _) => format!(", the fewest found for error {error}"),
             _ => String::new(),
         };
-        let volume = match (self.protrusion, self.volume) {
-            (None, Volume::Matched) => ", volume matched",
-            _ => "",
+        let volume = match matched {
+            Some(true) => ", volume matched",
+            Some(false) => ", volume not matched, as spheres would come apart",
+            None => "",
         };
         format!(
             "fitted (least squares): {count} of at most {} spheres, {place}{volume}, power {}{target}",
@@ -521,11 +522,17 @@ fn inner_points(candidates: &[Ball], diameter: f64, least: f64) -> Vec<Vec3> {
     points
 }
 
+/// Spheres of a clump, and whether the union has the volume of the solid, where that was wanted.
+struct Made {
+    balls: Vec<Ball>,
+    matched: Option<bool>,
+}
+
 /// Changes all radii by one length so that the union has the volume of the solid: with a
 /// coarse quadrature, whose errors are nearly the same at both ends, to find the slope, then
 /// with a fine one until 1e-5 is reached. Few spheres on a thin plate may come apart when they
-/// shrink: the volume is kept, not the contact of spheres that move as one body anyway.
-fn match_volume(balls: &mut [Ball], target: &Target, smallest: f64) {
+/// shrink: then they shrink as far as they hang together, and false comes back.
+fn match_volume(balls: &mut [Ball], target: &Target, smallest: f64) -> bool {
     let wanted = target.solid.mass.volume;
     let grown = |balls: &[Ball], by: f64| -> Vec<Ball> {
         balls
@@ -556,8 +563,19 @@ fn match_volume(balls: &mut [Ball], target: &Target, smallest: f64) {
         }
         x = (x - left / slope).clamp(-most, most);
     }
-    let moved = grown(balls, best.1);
+    let mut moved = grown(balls, best.1);
+    let comes_apart = one_piece(balls) && !one_piece(&moved);
+    if comes_apart {
+        let (mut apart, mut whole) = (best.1, 0.0);
+        for _ in 0..40 {
+            let middle = 0.5 * (apart + whole);
+            *(if one_piece(&grown(balls, middle)) { &mut whole } else { &mut apart }) = middle;
+        }
+        // A touch less, so that rounding does not take the last hold away.
+        moved = grown(balls, whole * (1.0 - 1e-6));
+    }
     balls.copy_from_slice(&moved);
+    !comes_apart
 }
 
 #[cfg(test)]
