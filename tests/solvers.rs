@@ -7,7 +7,10 @@ mod solvers {
     mod discs;
     mod forces;
     mod lammps;
+    mod multisphere;
     mod periodic;
+    mod restarts;
     mod runs;
+    mod springs;
     mod walls;
 }

@@ -5,8 +5,8 @@ use super::law::Rule;
 use super::setting::Setting;
 use super::state::{Load, State};
 use super::{
-    DemError, Observer, Summary, averaged_motion, bond, checkpoint, extra, guard, ledger, limit,
-    lost, motion, neighbours, pushes, servo, zeroing,
+    DemError, Observer, Summary, averaged_motion, bond, checkpoint, extra, guard, handover, ledger,
+    limit, lost, motion, neighbours, pushes, servo, zeroing,
 };
 use crate::model::{Cost, Model, Outcome, Scheme};
 use crate::num::{Job, Vec3, clock};
@@ -119,6 +119,7 @@ pub fn simulate(
         outcome,
         touches: ledger::touches(&setting, &state),
         breaks: state.bonds.broken.clone(),
+        springs: handover::springs(&setting, &state),
         cost: Cost {
             cpu_seconds: clock::since(cpu, begun),
             wall_seconds: begun.elapsed().as_secs_f64(),
@@ -147,6 +148,7 @@ fn start(
     observer: &mut dyn Observer,
 ) -> (State, Option<String>) {
     neighbours::rebuild(setting, &mut state);
+    handover::take_up(setting, &mut state);
     let stopped = watch.look(setting, &state, false);
     let walls = setting.walls.clone();
     setting.rest_for_set_up();

@@ -46,6 +46,7 @@ mod far;
 mod far_tree;
 mod forces;
 mod guard;
+mod handover;
 mod lanes;
 mod law;
 mod ledger;
@@ -99,8 +100,8 @@ pub use far_tree::Pull;
 pub use limit::{Advice, advise};
 
 use crate::model::{
-    Break, Cost, Coulomb, Frame, History, Model, Motion, Outcome, Run, Scheme, SeriesRow, Touch,
-    WallShape,
+    Break, Cost, Coulomb, Frame, History, Model, Motion, Outcome, Run, Scheme, SeriesRow, Spring,
+    Touch, WallShape,
 };
 use crate::num::Job;
 use crate::num::entry::MethodEntry;
@@ -136,6 +137,8 @@ pub struct Summary {
     pub touches: Vec<Touch>,
     /// Bonds that broke, in the order of time.
     pub breaks: Vec<Break>,
+    /// Tangential springs of contacts at the end; empty with bonds, whose contacts keep their own.
+    pub springs: Vec<Spring>,
     /// Time and memory.
     pub cost: Cost,
     /// What was known about the step beforehand.
@@ -206,6 +209,7 @@ pub fn run(model: &Model, job: &Job) -> Result<Run, DemError> {
         frames: kept.frames,
         touches: Some(summary.touches),
         breaks: Some(summary.breaks),
+        springs: summary.springs,
         series: kept.rows,
         cost: summary.cost,
         notes: summary.notes,

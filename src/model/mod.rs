@@ -4,23 +4,27 @@
 pub mod body;
 pub mod bond;
 pub mod contact;
+pub mod decks;
 pub mod extra;
 pub mod far;
 pub mod needs;
 pub mod plan;
 pub mod restitution;
 pub mod run;
+pub mod spring;
 pub mod state;
 pub mod wall;
 
 pub use body::{Body, Material, Sphere};
 pub use bond::{Bond, Break, BreakMode, Section, Strength};
 pub use contact::{Contact, ContactTable};
+pub use decks::{ClumpRoute, Decks};
 pub use extra::{Extra, PairForces};
 pub use far::{FarMethod, MutualGravity, TreeParameters};
 pub use needs::Needs;
 pub use plan::{Arm, Coulomb, Guard, History, LOOK_EVERY, Law, Lost, Plan, Scheme, StepReason};
 pub use run::{Cost, Outcome, Run, SeriesRow, Touch};
+pub use spring::{Partner, Spring};
 pub use state::{BodyState, Frame};
 pub use wall::{Motion, Wall, WallShape};
 
@@ -90,6 +94,10 @@ pub struct Model {
     pub periodic: Option<Cell>,
     /// Scheme, step and duration.
     pub plan: Plan,
+    /// Tangential springs that contacts have at time 0; none in most scenes.
+    pub springs: Vec<Spring>,
+    /// Choices for the decks of outside solvers.
+    pub decks: Decks,
 }
 
 impl Model {

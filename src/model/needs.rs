@@ -61,6 +61,10 @@ pub struct Needs {
     pub bond_damping: bool,
     /// Velocities are set to zero now and then.
     pub zeroing: bool,
+    /// Contacts have tangential springs at the start.
+    pub springs: bool,
+    /// Decks write restart files.
+    pub restarts: bool,
     /// Bodies turn: friction, or clumps, or bonds, or a spin at the start.
     pub rotation: bool,
 }
@@ -110,6 +114,8 @@ impl Needs {
             bonds: !model.bonds.is_empty(),
             bond_damping: model.bonds.iter().any(|bond| bond.viscosity > 0.0),
             zeroing: model.plan.zero_every > 0,
+            springs: !model.springs.is_empty(),
+            restarts: model.decks.restarts > 0,
             rotation: friction
                 || clumps
                 || !model.bonds.is_empty()
@@ -123,7 +129,7 @@ impl Needs {
     }
 
     /// Every need with its key, what it is for people, and whether this scene has it.
-    pub fn table(&self) -> [(&'static str, &'static str, bool); 28] {
+    pub fn table(&self) -> [(&'static str, &'static str, bool); 30] {
         [
             ("discs", "two dimensions (discs of unit thickness)", self.discs),
             ("spheres", "single spheres", self.spheres),
@@ -152,6 +158,8 @@ impl Needs {
             ("bonds", "bonds between bodies", self.bonds),
             ("bond_damping", "dashpots in bonds", self.bond_damping),
             ("zeroing", "velocities set to zero every so many steps", self.zeroing),
+            ("springs", "tangential springs at the start", self.springs),
+            ("restarts", "restart files of decks", self.restarts),
             ("rotation", "rotation of bodies", self.rotation),
         ]
     }

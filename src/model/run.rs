@@ -1,6 +1,6 @@
 //! What comes back from a solver, ours or another.
 
-use super::{Break, Frame};
+use super::{Break, Frame, Spring};
 use serde::{Deserialize, Serialize};
 
 /// The result of running a model in one solver.
@@ -17,6 +17,9 @@ pub struct Run {
     /// Bonds that broke, in the order of time; `None` if the solver does not say.
     #[serde(default)]
     pub breaks: Option<Vec<Break>>,
+    /// Tangential springs of contacts at the end, where they are kept (ours).
+    #[serde(default)]
+    pub springs: Vec<Spring>,
     /// Energies and the like over time; empty for solvers that do not give them.
     pub series: Vec<SeriesRow>,
     /// What it cost.

@@ -68,6 +68,8 @@ pub fn model(side: usize) -> Model {
         local_damping: 0.0,
         domain: Bounds { low: Vec3::zeros(), high: Vec3::repeat(pitch * (side + 4) as f64) },
         periodic: None,
+        springs: Vec::new(),
+        decks: Default::default(),
         plan: Plan {
             step: 1e-5,
             reason: StepReason::Auto("a fiftieth of the shortest contact".into()),
@@ -135,6 +137,7 @@ pub fn run(model: &Model, solver: &str, shift: impl Fn(u64) -> Vec3) -> Run {
         frames: steps.clone().map(|step| frame(model, step, shift(step))).collect(),
         touches: None,
         breaks: None,
+        springs: Vec::new(),
         series: steps
             .map(|step| SeriesRow {
                 time: step as f64 * plan.step,

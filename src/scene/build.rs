@@ -108,6 +108,8 @@ pub fn build(
         domain,
         periodic: region.and_then(Region::cell),
         plan,
+        springs: Vec::new(),
+        decks: scene.decks,
     };
     let advice = advise(&model);
     set_step(scene, &mut model.plan, &advice)?;

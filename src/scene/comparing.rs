@@ -1,11 +1,12 @@
 //! The stage that runs a scene here and in outside solvers, and says how far they agree.
 
 use super::build::Built;
+use super::lockstep::move_walls;
 use super::paging;
 use super::parameters::Start;
 use super::road::{Packed, Road, RoadError};
 use crate::dem;
-use crate::model::{Model, Outcome, Run};
+use crate::model::{Model, Outcome, Run, Scheme};
 use crate::num::Job;
 use crate::report::compare::{Comparison, Twin, compare};
 use crate::solver::{Deck, DeckOptions, LimitKind, Solver};
@@ -57,7 +58,7 @@ impl Road {
     /// As [`Road::run`]. A solver that fails is an entry of `failures`, not an error.
     pub fn compare(&mut self, solvers: &[&'static dyn Solver]) -> Result<Compared, RoadError> {
         let (packed, built, run) = self.run(false)?;
-        let model = self.start(&built.model, &run);
+        let model = self.start(&built.model, &run)?;
         let ours = if model == built.model { run.clone() } else { dem::run(&model, &self.job)? };
         let (able, unable) = able(solvers, &model);
         let mut failures = Vec::new();
@@ -101,10 +102,22 @@ impl Road {
     }
 
     /// The model that the comparison starts from.
-    fn start(&self, model: &Model, run: &Run) -> Model {
+    fn start(&self, model: &Model, run: &Run) -> Result<Model, RoadError> {
         let parameters = &self.loaded.scene.compare;
         let mut model = model.clone();
-        if let (Start::Final, Some(last)) = (parameters.start, run.frames.last()) {
+        if parameters.start == Start::FinalWithSprings {
+            let needs = model.needs();
+            if needs.bonds || needs.servo_walls || model.plan.scheme == Scheme::PathAveraged {
+                let message = "compare.start = \"final_with_springs\" does not do bonds, walls that \
+                               seek a force, nor the scheme `path_averaged`, whose springs lag half a step";
+                return Err(RoadError::Work(message.to_owned()));
+            }
+            model.springs = run.springs.clone();
+        }
+        if let (Start::Final | Start::FinalWithSprings, Some(last)) =
+            (parameters.start, run.frames.last())
+        {
+            move_walls(&mut model, last.time);
             for (body, state) in model.bodies.iter_mut().zip(&last.bodies) {
                 body.position = state.position;
                 body.orientation = state.orientation;
@@ -121,7 +134,7 @@ impl Road {
             model.plan.frame_every = (steps / u64::from(self.loaded.scene.output.frames)).max(1);
             model.plan.series_every = (steps / u64::from(self.loaded.scene.output.rows)).max(1);
         }
-        model
+        Ok(model)
     }
 
     /// Runs each solver, and our DEM in that solver's scheme, in a thread of its own;

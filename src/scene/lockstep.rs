@@ -195,28 +195,33 @@ fn started_at(model: &Model, frame: &Frame, steps: u64) -> Model {
         body.velocity = state.velocity;
         body.spin = state.spin;
     }
+    move_walls(&mut model, frame.time);
+    (model.plan.steps, model.plan.frame_every, model.plan.series_every) = (steps, steps, steps);
+    model.plan.checkpoint_every = 0;
+    model
+}
+
+/// Walls of `model` to where they are at `time`, s.
+pub(super) fn move_walls(model: &mut Model, time: f64) {
     for wall in &mut model.walls {
         let motion = wall.motion;
         if let Motion::Oscillate { frequency, phase, .. } = &mut wall.motion {
-            *phase += std::f64::consts::TAU * *frequency * frame.time;
+            *phase += std::f64::consts::TAU * *frequency * time;
         }
         match &mut wall.shape {
             WallShape::Plane { point, normal } => {
-                *point = motion.place(point, frame.time);
+                *point = motion.place(point, time);
                 if let Motion::Rotate { axis, rate, .. } = motion {
-                    *normal = Rotation::from_scaled_axis(axis * (rate * frame.time)) * *normal;
+                    *normal = Rotation::from_scaled_axis(axis * (rate * time)) * *normal;
                 }
             }
             WallShape::Mesh { mesh } => {
                 for vertex in &mut mesh.vertices {
-                    *vertex = motion.place(vertex, frame.time);
+                    *vertex = motion.place(vertex, time);
                 }
             }
         }
     }
-    (model.plan.steps, model.plan.frame_every, model.plan.series_every) = (steps, steps, steps);
-    model.plan.checkpoint_every = 0;
-    model
 }
 
 /// Largest distance of a sphere between the ends of two runs, in smallest radii.

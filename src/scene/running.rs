@@ -171,6 +171,7 @@ impl Road {
             frames: Vec::new(),
             touches: Some(summary.touches),
             breaks: Some(summary.breaks),
+            springs: summary.springs,
             series: recorder.rows,
             cost: summary.cost,
             notes: summary.notes,

@@ -65,7 +65,9 @@ pub const FEATURES: &[Feature] = &[
         what: "rigid clumps",
         there: |n| n.clumps,
         abilities: [
-            Approximate("Richardson-corrected turn; exact in scheme `liggghts`"),
+            Approximate(
+                "Richardson-corrected turn, by `fix rigid` or, where `decks.liggghts_clumps` says so, `fix multisphere`; exact in scheme `liggghts`",
+            ),
             Approximate(
                 "turn of first order in the step, which gains energy; exact in scheme `yade`",
             ),
@@ -271,7 +273,7 @@ pub const FEATURES: &[Feature] = &[
         abilities: [
             Partly("with planes along the axes at rest or sliding; meshes are refused"),
             Partly("along all three axes and without walls; others are refused"),
-            Impossible("periodic box: riprap writes no such LAMMPS deck; use LIGGGHTS or YADE"),
+            Partly("with planes along the axes at rest or sliding; others are refused"),
         ],
     },
     Feature {
@@ -304,31 +306,29 @@ pub const FEATURES: &[Feature] = &[
     },
     Feature {
         what: "restarts in the middle of a run",
-        there: |_| false,
+        there: |n| n.restarts,
         abilities: [
-            Impossible(
-                "decks write no restarts: going on repeats the set-up pass with full-step velocities and moves what touches (2e-8 m seen); run the deck in one piece, or use `riprap run --resume`",
+            Partly(
+                "`decks.restarts` and `run.sh --resume`: springs go on, the set-up pass with full-step velocities is made once more (3e-4 radii off after 1 000 steps of a moving bed); refused for clumps and walls that move",
             ),
+            Exact,
             Impossible(
-                "decks write no `O.save`: clump members and contact lists are rebuilt on loading; run the deck in one piece, or use `riprap run --resume`",
-            ),
-            Impossible(
-                "decks write no restarts: going on repeats the set-up pass; run the deck in one piece, or use `riprap run --resume`",
+                "restarts in the middle of a run: riprap writes no such LAMMPS deck; run it in one piece, or use `riprap run --resume`",
             ),
         ],
     },
     Feature {
         what: "a state with its tangential springs",
-        there: |_| false,
+        there: |n| n.springs,
         abilities: [
             Impossible(
-                "data files have no contact history: places, velocities and spins are handed over, springs begin at zero (`--lock-step` starts our own DEM the same way)",
+                "a state with its tangential springs: LIGGGHTS' data files have no contact history, and only its own restarts do; use compare.start = \"final\" (springs begin at zero) or YADE",
+            ),
+            Partly(
+                "spheres, clumps and planes along axes (the first step advances them once); refused at meshes, oblique planes and in periodic boxes",
             ),
             Impossible(
-                "the deck hands over places, velocities and spins; springs begin at zero (`--lock-step` starts our own DEM the same way)",
-            ),
-            Impossible(
-                "data files have no contact history: springs begin at zero (`--lock-step` starts our own DEM the same way)",
+                "a state with its tangential springs: LAMMPS' data files have no contact history, and only its own restarts do; use compare.start = \"final\" (springs begin at zero) or YADE",
             ),
         ],
     },
@@ -449,6 +449,14 @@ mod tests {
                 let bounds = model.domain;
                 model.periodic = Some(crate::geometry::Cell { bounds, periodic: [true; 3] });
             }
+            "restarts in the middle of a run" => model.decks.restarts = 2,
+            "a state with its tangential springs" => {
+                let (sphere, other) = (0, crate::model::Partner::Plane(0));
+                let stretch = Vec3::x() * 1e-7;
+                let place = model.bodies[0].position - Vec3::z() * model.spheres[0].radius;
+                examples::add_plane(&mut model, "floor", place, Vec3::z(), Motion::Still);
+                model.springs.push(crate::model::Spring { sphere, other, stretch });
+            }
             "walls that rotate" => {
                 let motion = Motion::Rotate { origin: Vec3::zeros(), axis: Vec3::z(), rate: 2.0 };
                 let point = Vec3::new(0.0, 0.0, -3e-3);
@@ -460,9 +468,7 @@ mod tests {
             | "molecular potentials"
             | "electrostatic forces"
             // What no scene can ask for.
-            | "grains inserted over time"
-            | "restarts in the middle of a run"
-            | "a state with its tangential springs" => return None,
+            | "grains inserted over time" => return None,
             other => panic!("no example for {other}"),
         }
         Some(model)

@@ -425,6 +425,8 @@ fn decks_hold_what_is_needed_and_nothing_else() {
         "mutual_gravity",
         "periodic",
         "servo_walls",
+        "springs",
+        "restarts",
     ];
     for (key, _, _) in examples::two_spheres().needs().table() {
         let both = seen.contains(&(key, true)) && seen.contains(&(key, false));

@@ -9,6 +9,7 @@ use super::reading::{self, vector};
 use super::{Deck, SolverError, orientation};
 use crate::model::{BodyState, Frame, Lost, Model, Touch};
 use crate::num::Vec3;
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -31,10 +32,11 @@ pub fn offsets(model: &Model, points: &Points, body: usize) -> Vec<Vec3> {
 }
 
 /// Frames of the dumps `names` in the folder of a deck; those of the first name decide
-/// where messages point.
+/// where messages point. `order` is the sphere that every atom is, empty where they are in order.
 pub fn spheres(
     model: &Model,
     points: &Points,
+    order: &[u32],
     deck: &Deck,
     ended: &Ended,
     names: [&str; 2],
@@ -43,7 +45,8 @@ pub fn spheres(
     for name in names {
         let path = deck.folder.join(name);
         if path.exists() {
-            for block in parse(&reading::text(&path)?, &path, ended.success)? {
+            for mut block in parse(&reading::text(&path)?, &path, ended.success)? {
+                block.renumber(order);
                 blocks.insert(block.step, block);
             }
         }
@@ -62,6 +65,26 @@ pub fn loop_seconds(ended: &Ended) -> Option<f64> {
 struct Block {
     step: u64,
     rows: Vec<Vec<f64>>,
+}
+
+impl Block {
+    /// Rows in the order of the spheres; a number that no atom of the deck has is left alone.
+    fn renumber(&mut self, order: &[u32]) {
+        if order.is_empty() {
+            return;
+        }
+        for id in self.rows.iter_mut().filter_map(|row| row.first_mut()) {
+            if let Some(sphere) = sphere_of(*id, order) {
+                *id = f64::from(sphere) + 1.0;
+            }
+        }
+        self.rows.sort_by(|a, b| a.first().partial_cmp(&b.first()).unwrap_or(Ordering::Equal));
+    }
+}
+
+/// The sphere that the atom with this number is.
+fn sphere_of(id: f64, order: &[u32]) -> Option<u32> {
+    order.get((id as usize).checked_sub(1)?).copied()
 }
 
 /// The snapshots of a dump file. A last snapshot that is cut short is an error
@@ -247,6 +270,7 @@ fn body(
 pub fn contacts(
     model: &Model,
     frame: &Frame,
+    order: &[u32],
     path: &Path,
     read: impl Fn(&[f64], &Vec3) -> Option<(f64, f64)>,
 ) -> Result<Vec<Touch>, SolverError> {
@@ -256,7 +280,7 @@ pub fn contacts(
     };
     let mut touches = Vec::with_capacity(block.rows.len());
     for row in &block.rows {
-        let touch = touch(model, frame, row, &read)
+        let touch = touch(model, frame, order, row, &read)
             .ok_or_else(|| SolverError::output(path, format!("{row:?} is no contact")))?;
         touches.push(touch);
     }
@@ -267,10 +291,12 @@ pub fn contacts(
 fn touch(
     model: &Model,
     frame: &Frame,
+    order: &[u32],
     row: &[f64],
     read: &impl Fn(&[f64], &Vec3) -> Option<(f64, f64)>,
 ) -> Option<Touch> {
     let index = |id: f64| {
+        let id = sphere_of(id, order).map_or(id, |sphere| f64::from(sphere) + 1.0);
         let index = id as usize;
         (id >= 1.0 && index <= model.spheres.len()).then(|| index - 1)
     };

@@ -12,8 +12,8 @@ pub struct LeftOut {
     pub why: &'static str,
 }
 
-/// What no deck can have (see the limits of the solvers), so that lacking it says nothing.
-const NEVER: &[&str] = &["mutual_gravity", "servo_walls"];
+/// What hardly any deck can have (see the limits of the solvers), so that lacking it says nothing.
+const NEVER: &[&str] = &["mutual_gravity", "servo_walls", "springs", "restarts"];
 
 /// Everything that `needs` lacks and a deck could have.
 pub fn left_out(needs: &Needs) -> Vec<LeftOut> {
@@ -90,6 +90,8 @@ mod tests {
             bonds: false,
             bond_damping: false,
             zeroing: false,
+            springs: false,
+            restarts: false,
             rotation: false,
         };
         let list = left_out(&none);

@@ -74,7 +74,7 @@ pub const METHODS: &[MethodEntry] = &[
     MethodEntry {
         key: "liggghts",
         id: "",
-        summary: "LIGGGHTS 3.8.0: spheres, rigid clumps (fix rigid), planes, STL walls, MPI",
+        summary: "LIGGGHTS 3.8.0: spheres, rigid clumps (fix rigid, fix multisphere), planes, STL walls, MPI",
         source: "Kloss, Goniva, Hager, Amberger & Pirker 2012",
         example: "",
     },

@@ -69,6 +69,7 @@ pub fn run(
         outcome,
         frames: read.frames,
         breaks: None,
+        springs: Vec::new(),
         touches: read.touches,
         series: Vec::new(),
         cost,

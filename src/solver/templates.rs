@@ -26,7 +26,9 @@ templates![
     "lammps/rigid.inf",
     "lammps/run.sh",
     "lammps/spheres.data",
+    "liggghts/clumps.in",
     "liggghts/in.liggghts",
+    "liggghts/placed.in",
     "liggghts/rigid.inf",
     "liggghts/run.sh",
     "liggghts/spheres.data",
@@ -37,6 +39,7 @@ templates![
     "yade/run.py",
     "yade/run.sh",
     "yade/spheres.csv",
+    "yade/springs.csv",
     "yade/wall.txt",
 ];
 

@@ -31,6 +31,8 @@ pub fn empty(scheme: Scheme, contact: Contact, density: f64) -> Model {
         local_damping: 0.0,
         domain: Bounds { low: Vec3::repeat(-1.0), high: Vec3::repeat(1.0) },
         periodic: None,
+        springs: Vec::new(),
+        decks: Default::default(),
         plan: Plan {
             step: 1e-6,
             reason: StepReason::Given,

@@ -4,6 +4,14 @@ cd "$(dirname "$0")" || exit 1
 # Unbuffered: LIGGGHTS loses its error messages when its output is a pipe.
 unbuffered=
 command -v stdbuf >/dev/null && unbuffered="stdbuf -o0"
+{%- if restarts %}
+# --resume: goes on from the newest restart file, and from the start where there is none.
+if [ "$1" = --resume ]; then
+  shift
+  newest=$(ls restart.* 2>/dev/null | sed 's/restart\.//' | sort -n | tail -n 1)
+  set -- -var resume "${newest:-0}" "$@"
+fi
+{%- endif %}
 {%- if ranks > 1 %}
 root=
 [ "$(id -u)" = 0 ] && root=--allow-run-as-root

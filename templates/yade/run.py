@@ -19,8 +19,10 @@
 {% if many_frictions or oscillating -%}
 import math
 {% endif -%}
-import resource
-import time
+{% if needs.restarts %}import glob
+{% endif %}import resource
+{% if needs.restarts %}import sys
+{% endif %}import time
 
 
 def table(name):
@@ -68,6 +70,9 @@ for k in [clump] + parts:
     s = O.bodies[k].state
     s.vel = turn.cross(s.pos - centre)
     s.angVel = turn
+{%- if needs.springs %}
+{{ w.variable }} = parts[:-1]
+{%- endif %}
 {%- else %}
 {{ w.variable }} = O.bodies.append({{ w.variable }})
 {%- endif %}
@@ -254,6 +259,19 @@ def move_walls():
         give(wall, direction * wanted(wall, direction, asked, fastest))
 {%- endif %}
 {%- endif %}
+{%- if needs.springs %}
+
+# Contacts that have a tangential spring at the start: sphere, kind of what it touches (0 sphere,
+# 1 plane, 2 triangle), number of that, triangle, force of the spring on the sphere.
+walls = [{% for name in walls %}{{ name }}, {% endfor %}]
+for r in table('springs.csv'):
+    a, kind, other, triangle = ids[int(r[0])], int(r[1]), int(r[2]), int(r[3])
+    b = ids[other] if kind == 0 else walls[other] if kind == 1 else walls[other][triangle]
+    i = createInteraction(a, b)
+    # In the step in which an interaction became real the law empties its spring.
+    i.iterMadeReal = -1
+    i.phys.shearForce = Vector3(*r[4:7]) * (-1 if i.id1 == a else 1)
+{%- endif %}
 {%- if needs.bonds %}
 
 # Bonds: without force where the spheres are now, friction only when they have broken.
@@ -294,7 +312,20 @@ def note_breaks():
     breaks.flush()
 {%- endif %}
 
+{%- if needs.restarts %}
+
+# --resume: the newest restart file takes the place of the scene as it was built; numbers of
+# bodies are the same.
+saved = [int(name.split('.')[1]) for name in glob.glob('restart.*.xml.gz')]
+resumed = '--resume' in sys.argv and len(saved) > 0
+if resumed:
+    O.load('restart.%d.xml.gz' % max(saved), quiet=True)
+    print('riprap goes on from step', O.iter, flush=True)
+frames = open('frames.txt', 'a' if resumed else 'w')
+{%- else %}
+
 frames = open('frames.txt', 'w')
+{%- endif %}
 {%- if lost_every %}
 
 # Spheres that have left the domain and were taken out, and where.
@@ -351,10 +382,16 @@ steps = {{ header.steps }}
 frame_every = {{ frame_every }}
 report_every = {{ report_every }}
 wall_seconds = cpu_seconds = 0.0
+{%- if needs.restarts %}
+restart_every = {{ restart_every }}
+if not resumed:
+    write_frame()
+{%- else %}
 write_frame()
+{%- endif %}
 while O.iter < steps:
     here = O.iter
-    there = min(steps, (here // frame_every + 1) * frame_every, (here // report_every + 1) * report_every)
+    there = min(steps, (here // frame_every + 1) * frame_every, (here // report_every + 1) * report_every{% if needs.restarts %}, (here // restart_every + 1) * restart_every{% endif %})
     wall, cpu = time.perf_counter(), time.process_time()
     O.run(there - here)
     while O.running:
@@ -364,6 +401,10 @@ while O.iter < steps:
     cpu_seconds += time.process_time() - cpu
     if O.iter % frame_every == 0 or O.iter == steps:
         write_frame()
+{%- if needs.restarts %}
+    if O.iter % restart_every == 0:
+        O.save('restart.%d.xml.gz' % O.iter, quiet=True)
+{%- endif %}
     print('riprap step', O.iter, flush=True)
 frames.close()
 

@@ -19,6 +19,7 @@ pub use output::{CompareParameters, MeasureParameters, OutputParameters, Start};
 pub use plan::{PlanParameters, StepParameter};
 pub use walls::{ContainerParameters, MotionParameters, WallParameters, WallShapeParameters};
 
+use crate::model::Decks;
 use crate::num::Fault;
 use crate::pack;
 use schemars::JsonSchema;
@@ -65,6 +66,9 @@ pub struct Scene {
     /// How solvers are compared.
     #[serde(default)]
     pub compare: CompareParameters,
+    /// Choices for the decks of outside solvers.
+    #[serde(default)]
+    pub decks: Decks,
 }
 
 fn three() -> u8 {

@@ -60,7 +60,7 @@ impl Default for OutputParameters {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CompareParameters {
-    /// State that all solvers start from: `packing` (default) or `final`, the last state of riprap's own run, without its contact history.
+    /// State that all solvers start from: `packing` (default); `final`, the last state of riprap's own run, without its contact history; or `final_with_springs`, that state with the tangential springs of its contacts (riprap and YADE; decks of the others are refused).
     pub start: Start,
     /// Number of steps to compare over. Default: as many as the plan has.
     pub steps: Option<u64>,
@@ -75,8 +75,10 @@ pub enum Start {
     /// The packing.
     #[default]
     Packing,
-    /// The last state of riprap's own run.
+    /// The last state of riprap's own run; contacts begin without tangential springs.
     Final,
+    /// The last state of riprap's own run with the tangential springs of its contacts.
+    FinalWithSprings,
 }
 
 impl OutputParameters {

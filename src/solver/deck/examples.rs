@@ -30,6 +30,8 @@ pub fn empty(dimension: Dimension, contact: Contact) -> Model {
         local_damping: 0.0,
         domain: Bounds { low: Vec3::repeat(-0.02), high: Vec3::repeat(0.02) },
         periodic: None,
+        springs: Vec::new(),
+        decks: Default::default(),
         plan: Plan {
             step: 1e-6,
             reason: StepReason::Given,

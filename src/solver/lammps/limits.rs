@@ -31,6 +31,10 @@ fn features(model: &Model, limits: &mut Vec<Limit>) {
     }
     let refused = [
         (
+            needs.periodic && model.walls.iter().any(|wall| !wall.is_primitive()),
+            "oblique planes and planes that move along their normal in a periodic box: LAMMPS' regions do not repeat themselves",
+        ),
+        (
             needs.oblique_planes && needs.friction,
             "friction at oblique planes: LAMMPS' region walls gave 0.2 % less tangential velocity than its own law in a sticking impact; use LIGGGHTS or YADE",
         ),

@@ -19,14 +19,14 @@ pub fn run(
     ended: &Ended,
 ) -> Result<Run, SolverError> {
     let mut frames =
-        dump::spheres(model, &Points::new(), deck, ended, ["spheres.dump", "last.dump"])?;
+        dump::spheres(model, &Points::new(), &[], deck, ended, ["spheres.dump", "last.dump"])?;
     if let Some(first) = frames.first_mut().filter(|frame| frame.step == 0) {
         take_back(model, first);
     }
     let touches = match frames.last() {
         Some(last) if last.step == model.plan.steps && ended.success => {
             let path = deck.folder.join("contacts.dump");
-            Some(dump::contacts(model, last, &path, force)?)
+            Some(dump::contacts(model, last, &[], &path, force)?)
         }
         _ => None,
     };

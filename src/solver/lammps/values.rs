@@ -18,6 +18,7 @@ const SKIN: f64 = 0.1;
 pub struct Script {
     header: Header,
     needs: Needs,
+    boundary: String,
     tension: bool,
     drag: f64,
     processors: String,
@@ -192,6 +193,7 @@ impl Script {
         Self {
             header: Header::new(solver, model, limits),
             needs,
+            boundary: boundary(model),
             tension: model.plan.law.tension,
             drag: model.extra.drag,
             processors: options.processors_text(model),
@@ -299,11 +301,23 @@ pub fn molecules(model: &Model) -> Table<'_> {
 }
 
 /// The domain and two radii around it.
+/// Arguments of the `boundary` command.
+fn boundary(model: &Model) -> String {
+    let flat = model.needs().discs;
+    let wraps = |axis: usize| model.periodic.is_some_and(|cell| cell.periodic[axis]);
+    [0, 1, 2].map(|axis| if wraps(axis) || flat && axis == 2 { "p" } else { "f" }).join(" ")
+}
+
 fn simulation_box(model: &Model) -> Bounds {
     let mut room = model.domain.grown(2.0 * radii(model).1);
     if model.needs().discs {
         let half = 0.5 * room.size().xy().max();
         (room.low.z, room.high.z) = (-half, half);
+    }
+    if let Some(cell) = &model.periodic {
+        for axis in (0..3).filter(|axis| cell.periodic[*axis]) {
+            (room.low[axis], room.high[axis]) = (cell.bounds.low[axis], cell.bounds.high[axis]);
+        }
     }
     room
 }

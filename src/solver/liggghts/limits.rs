@@ -1,6 +1,6 @@
 //! What LIGGGHTS 3.8.0 cannot express or does in its own way.
 
-use super::values;
+use super::{multisphere, values};
 use crate::geometry::Mesh;
 use crate::model::extra::{Cohesion, Rolling};
 use crate::model::{Arm, Coulomb, History, Lost, Model, Motion, PairForces, Scheme, WallShape};
@@ -24,6 +24,7 @@ pub fn of(model: &Model) -> Vec<Limit> {
     let mut limits = Vec::new();
     law(model, &mut limits);
     limits.extend(single::limits(model, "LIGGGHTS"));
+    limits.extend(multisphere::limits(model));
     walls(model, &mut limits);
     limits
 }
@@ -63,7 +64,7 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
     }
     if needs.clumps && !plan.scheme.is_richardson() {
         limits.push(Limit::differs(
-            "clumps turn by LAMMPS' Richardson-corrected quaternion step of fix rigid",
+            "clumps turn by LAMMPS' Richardson-corrected quaternion step (fix rigid, fix multisphere)",
         ));
     }
 }
@@ -85,6 +86,17 @@ fn extra(model: &Model, limits: &mut Vec<Limit>) {
             "damped rolling (epsd) of clumps: LIGGGHTS takes the masses of single spheres of the clump",
         ),
     ];
+    let moves = model.walls.iter().any(|wall| wall.motion.moves());
+    let refused = refused.into_iter().chain([
+        (
+            needs.restarts && needs.clumps,
+            "restarts of clumps: fix rigid and fix multisphere of LIGGGHTS take the momenta of clumps anew from their spheres; use YADE or `riprap run --resume`",
+        ),
+        (
+            needs.restarts && moves,
+            "restarts with walls that move: they would start from their files again; use YADE or `riprap run --resume`",
+        ),
+    ]);
     for (there, reason) in refused {
         if there {
             limits.push(Limit::refused(reason));
@@ -106,7 +118,12 @@ fn extra(model: &Model, limits: &mut Vec<Limit>) {
         ));
     }
     let spins = |body: &crate::model::Body| body.sphere_count > 1 && body.spin.norm() > 0.0;
-    if needs.drag && model.bodies.iter().any(spins) {
+    if !multisphere::is_used(model) && needs.normal_damping && model.bodies.iter().any(spins) {
+        limits.push(Limit::differs(
+            "clumps that spin and touch something at the start: dashpots see their spheres at other velocities in the set-up pass of fix rigid (decks.liggghts_clumps = \"multisphere\" does not)",
+        ));
+    }
+    if needs.drag && !multisphere::is_used(model) && model.bodies.iter().any(spins) {
         limits.push(Limit::differs(
             "in the first half step drag sees the spheres of a spinning clump at the velocity of its centre",
         ));

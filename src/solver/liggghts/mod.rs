@@ -1,7 +1,8 @@
 //! LIGGGHTS 3.8.0 (Kloss et al. 2012), as Debian builds it: hooke/stiffness
-//! contacts, `fix rigid` clumps placed by file, primitive and mesh walls.
+//! contacts, `fix rigid` clumps placed by file or `fix multisphere`, primitive and mesh walls.
 
 mod limits;
+mod multisphere;
 mod read;
 mod values;
 
@@ -72,8 +73,14 @@ impl Solver for Liggghts {
         let data = values::Data::new(model, &surfaces, &points);
         let tables = vec![values::atoms(model, &points), values::velocities(model, &points)];
         draft.add_tables("spheres.data", "liggghts/spheres.data", &data, tables)?;
-        draft.add("run.sh", "liggghts/run.sh", &values::Start::new(options))?;
-        if model.needs().clumps {
+        draft.add("run.sh", "liggghts/run.sh", &values::Start::new(model, options))?;
+        if multisphere::is_used(model) {
+            let clumps = multisphere::Clumps::new(model);
+            let tables = vec![multisphere::places(model), multisphere::insertions(model)];
+            draft.add_tables("clumps.in", "liggghts/clumps.in", &clumps, tables)?;
+            let table = vec![multisphere::numbers(model)];
+            draft.add_tables("placed.in", "liggghts/placed.in", &clumps, table)?;
+        } else if model.needs().clumps {
             let (rigid, table) = (values::Rigid::new(model), values::rigid(model));
             draft.add_tables("rigid.inf", "liggghts/rigid.inf", &rigid, vec![table])?;
         }

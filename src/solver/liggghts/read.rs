@@ -3,7 +3,7 @@
 use crate::model::{Model, Run};
 use crate::num::Vec3;
 use crate::solver::dump::{self, Points, offsets};
-use crate::solver::liggghts::values;
+use crate::solver::liggghts::{multisphere, values};
 use crate::solver::process::Ended;
 use crate::solver::reading::{self, Read, vector};
 use crate::solver::{Deck, SolverError, orientation};
@@ -19,10 +19,13 @@ pub fn run(
     ended: &Ended,
 ) -> Result<Run, SolverError> {
     let points = values::points(model).into_iter().collect();
-    let frames = dump::spheres(model, &points, deck, ended, ["spheres.dump", "last.dump"])?;
+    let inserted = multisphere::is_used(model);
+    let order = if inserted { multisphere::order(model) } else { Vec::new() };
+    let names = ["spheres.dump", "last.dump"];
+    let frames = dump::spheres(model, &points, &order, deck, ended, names)?;
     let touches = match frames.last() {
         Some(last) if last.step == model.plan.steps && ended.success => {
-            Some(dump::contacts(model, last, &deck.folder.join("contacts.dump"), force)?)
+            Some(dump::contacts(model, last, &order, &deck.folder.join("contacts.dump"), force)?)
         }
         _ => None,
     };
@@ -38,7 +41,8 @@ pub fn run(
 fn notes(model: &Model, points: &Points) -> Vec<String> {
     let mut notes = Vec::new();
     if model.needs().gravity {
-        notes.push("forces on spheres include the weight of each sphere".into());
+        let single = if multisphere::is_used(model) { " single" } else { "" };
+        notes.push(format!("forces on{single} spheres include the weight of each sphere"));
         let points = points.len();
         if points > 0 {
             notes.push(format!(

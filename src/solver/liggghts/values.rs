@@ -1,9 +1,12 @@
 //! The values that the LIGGGHTS templates print: one struct a template.
 
 use super::limits::DEFAULT_CURVATURE;
+use super::multisphere;
 use crate::geometry::{Bounds, Mesh};
 use crate::model::extra::{Cohesion, Rolling};
-use crate::model::{Contact, Lost, Model, Motion, Needs, PairForces, Sphere, Wall, WallShape};
+use crate::model::{
+    Body, Contact, Lost, Model, Motion, Needs, PairForces, Sphere, Wall, WallShape,
+};
 use crate::num::{Mat3, Vec3};
 use crate::solver::deck::{DeckOptions, Header};
 use crate::solver::mesh_check::inspect;
@@ -25,6 +28,10 @@ const SKIN: f64 = 0.1;
 pub struct Script {
     header: Header,
     needs: Needs,
+    /// Clumps are held by fix rigid.
+    rigid: bool,
+    /// Clumps are held by fix multisphere.
+    multisphere: bool,
     boundary: String,
     tension: bool,
     cohesion: &'static str,
@@ -45,6 +52,7 @@ pub struct Script {
     contact_columns: usize,
     last: u64,
     report_every: u64,
+    restart_every: u64,
     steps: u64,
     /// What `thermo_modify lost` does.
     lost: &'static str,
@@ -289,6 +297,8 @@ impl Script {
         Self {
             header: Header::new(solver, model, limits),
             needs,
+            rigid: is_rigid(model),
+            multisphere: multisphere::is_used(model),
             boundary: boundary(model),
             tension: model.plan.law.tension,
             cohesion: cohesion_model(model).unwrap_or(""),
@@ -313,10 +323,16 @@ impl Script {
             contact_columns: if needs.friction { 9 } else { 6 },
             last: steps.max(1),
             report_every: (steps / 100).max(1),
+            restart_every: model.decks.restart_every(steps),
             steps,
             lost: if model.plan.guard.lost == Lost::Remove { "ignore" } else { "error" },
         }
     }
+}
+
+/// Whether clumps are there and held by `fix rigid`.
+fn is_rigid(model: &Model) -> bool {
+    model.needs().clumps && !multisphere::is_used(model)
 }
 
 /// Arguments of the `boundary` command.
@@ -434,7 +450,7 @@ fn dumps(model: &Model) -> Vec<Dump> {
 /// Values of `spheres.data` besides its tables.
 #[derive(Debug, Serialize)]
 pub struct Data {
-    needs: Needs,
+    rigid: bool,
     types: usize,
     sides: Vec<Side>,
     atoms: usize,
@@ -455,12 +471,16 @@ impl Data {
         let sides = (0..3)
             .map(|a| Side { name: AXES[a], low: bounds.low[a], high: bounds.high[a] })
             .collect();
+        let inserted = multisphere::is_used(model);
+        let listed = |body: &&Body| !inserted || body.sphere_count == 1;
+        let bodies = || model.bodies.iter().filter(listed);
+        let spheres: usize = bodies().map(|body| body.sphere_count as usize).sum();
         Self {
-            needs: model.needs(),
+            rigid: is_rigid(model),
             types: model.materials.len() + usize::from(!points.is_empty()),
             sides,
-            atoms: model.spheres.len() + points.len(),
-            moves: model.bodies.iter().any(|b| b.velocity.amax() > 0.0 || b.spin.amax() > 0.0),
+            atoms: spheres + points.len(),
+            moves: bodies().any(|b| b.velocity.amax() > 0.0 || b.spin.amax() > 0.0),
         }
     }
 }
@@ -475,6 +495,9 @@ pub struct Extra {
 
 /// Points of mass, in the order of the atoms that follow the spheres.
 pub fn extras(model: &Model) -> Vec<Extra> {
+    if multisphere::is_used(model) {
+        return Vec::new();
+    }
     let clumps = (0..model.bodies.len()).filter(|i| model.bodies[*i].sphere_count > 1);
     let extra = |(number, body)| {
         balance(model, body).point.map(|point| Extra { body, molecule: number + 1, point })
@@ -495,9 +518,12 @@ pub fn atoms<'a>(model: &'a Model, points: &'a [Extra]) -> Table<'a> {
             let [d, density, x, y, z] = place;
             rows.put(&[(id + 1).into(), kind.into(), d, density, x, y, z, molecule.into()])
         };
-        let mut molecule = 0;
+        let (inserted, mut molecule, mut number) = (multisphere::is_used(model), 0, 0);
         for (index, body) in model.bodies.iter().enumerate() {
             let clump = body.sphere_count > 1;
+            if clump && inserted {
+                continue;
+            }
             molecule += usize::from(clump);
             let masses = if clump { balance(model, index).masses } else { vec![body.mass] };
             for (local, mass) in masses.iter().enumerate() {
@@ -508,7 +534,8 @@ pub fn atoms<'a>(model: &'a Model, points: &'a [Extra]) -> Table<'a> {
                 let volume = if flat { PI * r * r } else { sphere_volume(*r) };
                 let place = body.position + body.orientation * offset;
                 let own = if clump { molecule } else { 0 };
-                put(sphere, type_number(body.material), *r, mass / volume, place, own)?;
+                put(number, type_number(body.material), *r, mass / volume, place, own)?;
+                number += 1;
             }
         }
         let (kind, r) = (point_type(model), POINT_RADIUS * smallest_radius(model));
@@ -528,16 +555,20 @@ pub fn velocities<'a>(model: &'a Model, points: &'a [Extra]) -> Table<'a> {
             let [x, y, z, u, v, w] = [v.x, v.y, v.z, w.x, w.y, w.z].map(Cell::from);
             rows.put(&[(id + 1).into(), x, y, z, u, v, w])
         };
+        let (inserted, mut number) = (multisphere::is_used(model), 0);
         for (index, body) in model.bodies.iter().enumerate() {
+            if inserted && body.sphere_count > 1 {
+                continue;
+            }
             let still = body.velocity.amax() == 0.0 && body.spin.amax() == 0.0;
             let spin = match body.sphere_count {
                 1 => body.spin,
                 _ if still => Vec3::zeros(),
                 _ => start_of_clump(model, index, &balance(model, index)),
             };
-            let first = body.first_sphere as usize;
-            for sphere in first..first + body.sphere_count as usize {
-                put(sphere, &body.velocity, &spin)?;
+            for _ in 0..body.sphere_count {
+                put(number, &body.velocity, &spin)?;
+                number += 1;
             }
         }
         for (number, Extra { body, .. }) in points.iter().enumerate() {
@@ -659,11 +690,12 @@ impl Stl {
 #[derive(Debug, Serialize)]
 pub struct Start {
     ranks: usize,
+    restarts: bool,
 }
 
 impl Start {
     /// Reads the options.
-    pub fn new(options: &DeckOptions) -> Self {
-        Self { ranks: options.ranks }
+    pub fn new(model: &Model, options: &DeckOptions) -> Self {
+        Self { ranks: options.ranks, restarts: model.decks.restarts > 0 }
     }
 }

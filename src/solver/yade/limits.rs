@@ -1,6 +1,6 @@
 //! What YADE 2023.02a cannot express or does in its own way.
 
-use super::{bonds, values};
+use super::{bonds, springs, values};
 use crate::model::{Arm, Coulomb, History, Lost, Model, Scheme, WallShape};
 use crate::solver::{Limit, capability, finite};
 
@@ -35,7 +35,13 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
             "bodies that are taken out where they leave the domain, with rigid clumps or velocities set to zero: riprap writes no such YADE deck",
         ));
     }
+    if needs.restarts && (needs.bonds || plan.guard.lost == Lost::Remove) {
+        limits.push(Limit::refused(
+            "restarts with bonds, or of spheres that are taken out: what broke and what left is kept by the script, not by O.save; use `riprap run --resume`",
+        ));
+    }
     limits.extend(bonds::limits(model));
+    limits.extend(springs::limits(model));
     limits.extend(capability::refusals(1, &needs));
     if let Some(cell) = &model.periodic {
         if needs.discs || cell.periodic != [true; 3] {

@@ -5,6 +5,7 @@ mod bonds;
 mod limits;
 mod read;
 pub mod series;
+mod springs;
 mod values;
 
 use super::deck::{Deck, DeckOptions, Draft};
@@ -82,6 +83,10 @@ impl Solver for Yade {
         if needs.bonds {
             let (nothing, table) = (values::Nothing {}, bonds::table(model));
             draft.add_tables("bonds.csv", "yade/bonds.csv", &nothing, vec![table])?;
+        }
+        if needs.springs {
+            let (nothing, table) = (values::Nothing {}, springs::table(model));
+            draft.add_tables("springs.csv", "yade/springs.csv", &nothing, vec![table])?;
         }
         for (name, facets) in values::facets(model) {
             draft.add(name, "yade/wall.txt", &facets)?;

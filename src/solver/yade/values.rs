@@ -23,6 +23,8 @@ pub struct Script {
     planes: Vec<WallValues>,
     surfaces: Vec<WallValues>,
     oscillating: Vec<Oscillating>,
+    /// Names of all walls in the deck.
+    walls: Vec<String>,
     /// Steps between two looks for spheres outside the room below; 0 where they may go.
     lost_every: u64,
     room: [[f64; 2]; 3],
@@ -37,6 +39,7 @@ pub struct Script {
     zero_every: u64,
     zero_until: u64,
     frame_every: u64,
+    restart_every: u64,
     report_every: u64,
 }
 
@@ -114,6 +117,7 @@ impl Script {
             surfaces: walls(false),
             materials,
             oscillating: oscillating(model),
+            walls: (0..model.walls.len()).map(variable).collect(),
             lost_every: if model.plan.guard.lost == Lost::Remove {
                 crate::model::LOOK_EVERY
             } else {
@@ -130,6 +134,7 @@ impl Script {
             zero_every: model.plan.zero_every,
             zero_until: model.plan.zero_until.min(model.plan.steps),
             frame_every: model.plan.frame_every.max(1),
+            restart_every: model.decks.restart_every(model.plan.steps),
             report_every: (model.plan.steps / 50).max(1),
         })
     }

@@ -387,6 +387,21 @@ fn bodies() -> Vec<Case> {
                 ),
             )
         },
+        Case {
+            tolerance: 1e-8,
+            ..case(
+                "clump-multisphere",
+                "two clumps on each other and on a plane; LIGGGHTS by fix multisphere",
+                clumps(
+                    "Clumps by fix multisphere",
+                    &[
+                        grain([0.0, 0.0, 0.009], [0.1, 0.0, -0.4], spin),
+                        grain([0.003, 0.002, 0.022], [0.0, 0.0, -0.6], [-10.0, 40.0, 5.0]),
+                    ],
+                    &floor(),
+                ) + "\n[decks]\nliggghts_clumps = \"multisphere\"\n",
+            )
+        },
         case(
             "clump-free",
             "a clump tumbles in free fall",
@@ -496,7 +511,17 @@ fn bulk() -> Vec<Case> {
         + "\n[compare.tolerance]\ntrajectory = 1e-6\n";
     const INNER: (&str, &str) =
         ("yade", "inner edges of the mesh: every facet that a sphere touches counts");
+    let settled = usual.scene("A bed goes on", &bed([4, 4, 4], inside), &r#box);
     vec![
+        Case {
+            tolerance: 1e-6,
+            reason: SEGMENTS,
+            ..case(
+                "bed-springs",
+                "a settled bed goes on for 500 steps with the tangential springs of its contacts",
+                settled + "\n[compare]\nstart = \"final_with_springs\"\nsteps = 500\n",
+            )
+        },
         Case {
             ranks: true,
             ..segments(
