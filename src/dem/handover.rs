@@ -91,8 +91,9 @@ fn fill(
 ) {
     let List { start, partner: partners, book } = list;
     for ((slot, sphere), ends) in order.iter().enumerate().zip(start.windows(2)) {
-        for k in ends[0] as usize..ends[1] as usize {
-            let other = partners[k] as usize;
+        let entries = ends[0] as usize..ends[1] as usize;
+        for (k, other) in entries.clone().zip(&partners[entries]) {
+            let other = *other as usize;
             let Some(stretch) = known.get(&(*sphere, partner(other))) else { continue };
             book.touching[k] = true;
             book.spring[k] = *stretch;
