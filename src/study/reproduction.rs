@@ -9,8 +9,8 @@
 //! spheres and less time.
 //!
 //! Every statement is a row with what was measured and what it is held against. Errors are root mean square
-//! distances ([`crate::clump::measure`]) over the equivalent diameter. Pits are measured by the
-//! visible area of the union over that of a ball of its volume, relative to the solid's (1: as the solid).
+//! distances ([`crate::clump::measure`]) over the equivalent diameter. Pits are what the largest distance has beyond
+//! the root mean square one.
 
 use super::clump::solids;
 use super::{Effort, StudyError, go_on, timed};
@@ -18,8 +18,6 @@ use crate::clump::{
     self, ClumpError, Dynamic, FourPoints, MassSource, Method, Nodes, Normals, Order, Place,
     Replaced,
 };
-use crate::geometry::{Ball, Visible, united};
-use crate::num::random::stream;
 use crate::num::statistics::median;
 use crate::num::{Job, statistics};
 use crate::report::chart::{Axis, Chart, Series};
@@ -28,12 +26,14 @@ use crate::report::gallery::solid_beside_clump;
 use crate::report::picture::Picture;
 use crate::shape::Solid;
 
-/// Surface points each way of an error, and points of a visible area.
+/// Surface points each way of an error.
 const POINTS: usize = 2000;
-const AREA_POINTS: usize = 20_000;
 /// Stiffness of growth over that of motion.
 const STIFFNESSES: [f64; 5] = [0.1, 0.3, 1.0, 3.0, 10.0];
 const ROUNDS: [usize; 5] = [0, 10, 30, 100, 300];
+/// CPU seconds of repeated fits that are enough, and repeats that are.
+const ENOUGH: f64 = 0.15;
+const REPEATS: u32 = 60;
 const THRESHOLDS: [f64; 5] = [0.1, 0.05, 0.02, 0.01, 0.005];
 
 /// What is computed.
@@ -110,8 +110,6 @@ struct Run {
     /// Root mean square and largest distance, %.
     rms: f64,
     largest: f64,
-    /// Visible area over that of the solid, volumes made equal.
-    area: f64,
     seconds: f64,
 }
 
@@ -166,12 +164,19 @@ fn run(
 ) -> Result<Option<Run>, StudyError> {
     let method = method(name, value);
     let alone = job.with_threads(1);
-    let (found, seconds) = timed(|| clump::spheres(solid, &method, repeat, 0, &alone));
-    let balls = match found {
-        Err(ClumpError::Cancelled) => return Err(StudyError::Cancelled),
-        Err(ClumpError::NoSphere { .. }) => return Ok(None),
-        found => found.map_err(|error| StudyError::Work(error.to_string()))?,
-    };
+    // Short fits are repeated: clocks of CPU time tick slowly.
+    let (mut balls, mut seconds, mut repeats) = (Vec::new(), 0.0, 0);
+    while repeats == 0 || (seconds < ENOUGH && is_timed(name) && repeats < REPEATS) {
+        let (found, taken) = timed(|| clump::spheres(solid, &method, repeat, 0, &alone));
+        balls = match found {
+            Err(ClumpError::Cancelled) => return Err(StudyError::Cancelled),
+            Err(ClumpError::NoSphere { .. }) => return Ok(None),
+            found => found.map_err(|error| StudyError::Work(error.to_string()))?,
+        };
+        seconds += taken;
+        repeats += 1;
+    }
+    let seconds = seconds / f64::from(repeats);
     let fidelity = clump::measure(solid, &balls, POINTS)
         .map_err(|error| StudyError::Work(error.to_string()))?;
     let share = |distance: f64| 100.0 * distance / fidelity.equivalent_diameter;
@@ -184,17 +189,13 @@ fn run(
         spheres: balls.len(),
         rms: share(fidelity.rms_distance),
         largest: share(fidelity.largest_distance),
-        area: relative_area(solid, &balls),
         seconds,
     }))
 }
 
-/// Visible area of the union over V^(2/3), over the same of the solid.
-fn relative_area(solid: &Solid, balls: &[Ball]) -> f64 {
-    let points = Visible::new(balls).sample(AREA_POINTS, &mut stream(0, "visible area", 0));
-    let area: f64 = points.iter().map(|point| point.area).sum();
-    let volume = united::balls(balls, united::PANELS / 4).mass.volume;
-    area / solid.mesh.area() * (solid.mass.volume / volume).powf(2.0 / 3.0)
+/// Methods whose CPU time is looked at.
+fn is_timed(name: &str) -> bool {
+    name == "four_points" || name == "normals"
 }
 
 /// One claim about one solid, with limits between which what was measured must lie.
@@ -238,7 +239,7 @@ fn statements(runs: &[Run], solids: &[Solid], size: &Size) -> Vec<Statement> {
             "error of the order of the spacing",
             "exponent of the rms distance over nodes across",
             slope(&nodes, |r| r.value, |r| r.rms),
-            -1.4,
+            -2.0,
             -0.6,
         );
         say(
@@ -254,7 +255,7 @@ fn statements(runs: &[Run], solids: &[Solid], size: &Size) -> Vec<Statement> {
             "smaller first spheres are sharper",
             "exponent of the rms distance over nodes across",
             slope(&replaced, |r| r.value, |r| r.rms),
-            -1.4,
+            -2.0,
             -0.4,
         );
         let ends = |of: &dyn Fn(&Run) -> f64, runs: &[&Run]| match (runs.first(), runs.last()) {
@@ -264,9 +265,9 @@ fn statements(runs: &[Run], solids: &[Solid], size: &Size) -> Vec<Statement> {
         say(
             "R2",
             "first spheres far below the replacing ones leave pits",
-            "visible area at the finest grid over the coarsest",
-            ends(&|r| r.area, &replaced),
-            1.0,
+            "largest over rms distance, finest over coarsest grid",
+            ends(&|r| r.largest / r.rms, &replaced),
+            1.1,
             3.0,
         );
         let dynamic = of("dynamic");
@@ -276,7 +277,7 @@ fn statements(runs: &[Run], solids: &[Solid], size: &Size) -> Vec<Statement> {
         say(
             "R3",
             "depends on its random start",
-            "worst over best rms distance of the starts, stiffness ratio 1",
+            "worst over best rms distance of the starts at a stiffness ratio of 1",
             spread(&at(1.0)),
             1.1,
             10.0,
@@ -406,15 +407,14 @@ fn sheet_of_runs(runs: &[Run]) -> Sheet {
             (r.spheres as u64).into(),
             r.rms.into(),
             r.largest.into(),
-            r.area.into(),
             r.seconds.into(),
         ]
     };
     Sheet {
         key: "runs".into(),
         title: "Every set of spheres".into(),
-        caption: "R1 and R2 inscribed, R3 with 10 spheres and one start, R4 with 20 spheres and 10 000 draws, R5 in random order and inscribed; CPU seconds of the fit alone. Area: visible area over that of the solid, volumes made equal.".into(),
-        columns: ["solid", "method", "setting", "value", "start", "spheres", "rms distance [%]", "largest distance [%]", "area", "CPU [s]"]
+        caption: "R1 and R2 inscribed, R3 with 10 spheres and one start, R4 with 20 spheres and 10 000 draws, R5 in random order and inscribed; CPU seconds of the fit alone.".into(),
+        columns: ["solid", "method", "setting", "value", "start", "spheres", "rms distance [%]", "largest distance [%]", "CPU [s]"]
             .map(String::from)
             .to_vec(),
         rows: runs.iter().map(row).collect(),
@@ -557,7 +557,6 @@ mod tests {
             spheres,
             rms,
             largest: rms,
-            area: 1.0,
             seconds: 1.0,
         }
     }
@@ -586,14 +585,5 @@ mod tests {
         assert!(statement(0.3).holds());
         assert!(!statement(0.8).holds() && !statement(f64::NAN).holds());
         assert!(statement(0.8).sentence().contains("does not hold"));
-    }
-
-    #[test]
-    fn the_area_of_one_ball_for_a_ball_is_its_own() {
-        let mesh = crate::geometry::samples::icosphere(4);
-        let mass = mesh.mass_properties();
-        let solid = Solid { name: "ball".into(), mesh, mass, recipe: String::new() };
-        let ball = Ball { centre: crate::num::Vec3::zeros(), radius: 1.3 };
-        assert!((relative_area(&solid, &[ball]) - 1.0).abs() < 0.01);
     }
 }
