@@ -89,13 +89,15 @@ fn fill(
     partner: impl Fn(usize) -> Partner,
     way: impl Fn(usize, usize) -> Vec3,
 ) {
-    for slot in 0..list.start.len().saturating_sub(1) {
-        for k in list.start[slot] as usize..list.start[slot + 1] as usize {
-            let other = list.partner[k] as usize;
-            let Some(stretch) = known.get(&(order[slot], partner(other))) else { continue };
-            list.book.touching[k] = true;
-            list.book.spring[k] = *stretch;
-            if let Some(normal) = list.book.normal.get_mut(k) {
+    let List { start, partner: partners, book } = list;
+    for ((slot, sphere), ends) in order.iter().enumerate().zip(start.windows(2)) {
+        let entries = ends[0] as usize..ends[1] as usize;
+        for (k, other) in entries.clone().zip(&partners[entries]) {
+            let other = *other as usize;
+            let Some(stretch) = known.get(&(*sphere, partner(other))) else { continue };
+            book.touching[k] = true;
+            book.spring[k] = *stretch;
+            if let Some(normal) = book.normal.get_mut(k) {
                 *normal = way(slot, other).try_normalize(0.0).unwrap_or_else(Vec3::zeros);
             }
         }

@@ -4,6 +4,7 @@
 mod limits;
 mod multisphere;
 mod read;
+mod start;
 mod values;
 
 use super::deck::{Deck, DeckOptions, Draft};
@@ -73,7 +74,7 @@ impl Solver for Liggghts {
         let data = values::Data::new(model, &surfaces, &points);
         let tables = vec![values::atoms(model, &points), values::velocities(model, &points)];
         draft.add_tables("spheres.data", "liggghts/spheres.data", &data, tables)?;
-        draft.add("run.sh", "liggghts/run.sh", &values::Start::new(model, options))?;
+        draft.add("run.sh", "liggghts/run.sh", &start::Start::new(model, options))?;
         if multisphere::is_used(model) {
             let clumps = multisphere::Clumps::new(model);
             let tables = vec![multisphere::places(model), multisphere::insertions(model)];

@@ -685,17 +685,3 @@ impl Stl {
         Self { name: surface.wall.name.clone(), facets }
     }
 }
-
-/// Values of `run.sh`.
-#[derive(Debug, Serialize)]
-pub struct Start {
-    ranks: usize,
-    restarts: bool,
-}
-
-impl Start {
-    /// Reads the options.
-    pub fn new(model: &Model, options: &DeckOptions) -> Self {
-        Self { ranks: options.ranks, restarts: model.decks.restarts > 0 }
-    }
-}
