@@ -105,6 +105,8 @@ fn empty(title: &str, dimension: Dimension, mass: f64) -> Model {
         bodies: Vec::new(),
         spheres: Vec::new(),
         bonds: Vec::new(),
+        springs: Vec::new(),
+        decks: Default::default(),
         extra: Default::default(),
         mutual: None,
         materials: vec![Material { name: "grain".to_owned(), density: DENSITY }],

@@ -20,6 +20,7 @@ use super::ClumpError;
 use super::cover;
 use super::fidelity::distances;
 use super::patches::Patches;
+use super::pieces::touching;
 use super::refine::{Fit, Refiner, one_piece};
 use super::reproduce::{Found, Target};
 use crate::geometry::{Ball, Visible, united};
@@ -564,15 +565,15 @@ fn match_volume(balls: &mut [Ball], target: &Target, smallest: f64) -> bool {
         x = (x - left / slope).clamp(-most, most);
     }
     let mut moved = grown(balls, best.1);
-    let comes_apart = one_piece(balls) && !one_piece(&moved);
+    let comes_apart = touching(balls) && !touching(&moved);
     if comes_apart {
         let (mut apart, mut whole) = (best.1, 0.0);
         for _ in 0..40 {
             let middle = 0.5 * (apart + whole);
-            *(if one_piece(&grown(balls, middle)) { &mut whole } else { &mut apart }) = middle;
+            *(if touching(&grown(balls, middle)) { &mut whole } else { &mut apart }) = middle;
         }
         // A touch less, so that rounding does not take the last hold away.
-        moved = grown(balls, whole * (1.0 - 1e-6));
+        moved = grown(balls, whole * 0.999);
     }
     balls.copy_from_slice(&moved);
     !comes_apart

@@ -5,10 +5,23 @@ use crate::geometry::Ball;
 /// Share of the smaller radius by which two spheres must overlap to count as joined.
 pub const HOLD: f64 = 0.05;
 
+/// The same for spheres that just touch: rounding cannot part them.
+const TOUCH: f64 = 1e-9;
+
 /// True if two spheres overlap enough to count as joined.
 pub fn joined(a: &Ball, b: &Ball) -> bool {
-    let reach = a.radius + b.radius - HOLD * a.radius.min(b.radius);
+    overlap_by(a, b, HOLD)
+}
+
+/// True if two spheres overlap by `share` of the smaller radius.
+fn overlap_by(a: &Ball, b: &Ball, share: f64) -> bool {
+    let reach = a.radius + b.radius - share * a.radius.min(b.radius);
     (a.centre - b.centre).norm_squared() <= reach * reach
+}
+
+/// True if all spheres hang together, were it by touching only.
+pub fn touching(balls: &[Ball]) -> bool {
+    label_by(balls, TOUCH).iter().all(|&piece| piece == 0)
 }
 
 /// The piece with the greatest sum of r³, in the given order, and how many spheres were left out.
@@ -38,6 +51,11 @@ pub fn largest_piece(balls: Vec<Ball>) -> (Vec<Ball>, usize) {
 
 /// For every sphere the lowest index of its piece.
 pub fn label(balls: &[Ball]) -> Vec<usize> {
+    label_by(balls, HOLD)
+}
+
+/// For every sphere the lowest index of its piece, where pieces overlap by `share` of the smaller radius.
+fn label_by(balls: &[Ball], share: f64) -> Vec<usize> {
     let mut parent: Vec<usize> = (0..balls.len()).collect();
     fn root(parent: &mut [usize], mut i: usize) -> usize {
         while parent[i] != i {
@@ -55,7 +73,7 @@ pub fn label(balls: &[Ball]) -> Vec<usize> {
             if low(j) > right {
                 break;
             }
-            if joined(&balls[i], &balls[j]) {
+            if overlap_by(&balls[i], &balls[j], share) {
                 let (a, b) = (root(&mut parent, i), root(&mut parent, j));
                 parent[a.max(b)] = a.min(b);
             }

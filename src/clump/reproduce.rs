@@ -471,7 +471,7 @@ pub(super) mod tests {
             if let Ok(clump) = made {
                 let finite = |b: &Ball| b.centre.iter().all(|x| x.is_finite()) && b.radius > 0.0;
                 proptest::prop_assert!(clump.balls.iter().all(finite), "{}", clump.method);
-                proptest::prop_assert!(pieces::label(&clump.balls).iter().all(|&piece| piece == 0));
+                proptest::prop_assert!(pieces::touching(&clump.balls), "{}", clump.method);
                 let f = clump.fidelity.expect("measured");
                 proptest::prop_assert!(f.rms_distance.is_finite() && f.volume_error.is_finite());
             }
