@@ -24,6 +24,29 @@ pub fn touching(balls: &[Ball]) -> bool {
     label_by(balls, TOUCH).iter().all(|&piece| piece == 0)
 }
 
+/// Makes spheres hang together: the nearest two of two pieces grow by equal lengths until they touch.
+/// O(n log n) where they do; O(n²) a gap.
+pub fn glue(balls: &mut [Ball]) {
+    loop {
+        let label = label_by(balls, TOUCH);
+        let mut nearest: Option<(f64, usize, usize)> = None;
+        for (i, _) in label.iter().enumerate().filter(|(_, piece)| **piece == 0) {
+            for (j, _) in label.iter().enumerate().filter(|(_, piece)| **piece != 0) {
+                let gap =
+                    (balls[i].centre - balls[j].centre).norm() - balls[i].radius - balls[j].radius;
+                if nearest.is_none_or(|(least, ..)| gap < least) {
+                    nearest = Some((gap, i, j));
+                }
+            }
+        }
+        let Some((gap, i, j)) = nearest else { return };
+        // More than a touch, so that turning the clump does not part them by rounding.
+        let by = 0.5 * gap.max(0.0) + 1e-6 * balls[i].radius.min(balls[j].radius);
+        balls[i].radius += by;
+        balls[j].radius += by;
+    }
+}
+
 /// The piece with the greatest sum of r³, in the given order, and how many spheres were left out.
 pub fn largest_piece(balls: Vec<Ball>) -> (Vec<Ball>, usize) {
     let label = label(&balls);
@@ -94,6 +117,11 @@ mod tests {
         let (kept, dropped) = largest_piece(balls.clone());
         assert_eq!((kept.len(), dropped), (3, 1));
         assert_eq!(label(&balls), vec![0, 0, 2, 0]);
+        let mut glued = balls;
+        glue(&mut glued);
+        assert!(touching(&glued) && glued[0].radius == 1.0 && glued[1].radius == 1.0);
+        let held = |at: usize, before: f64| (glued[at].radius - before).abs() < 1e-6;
+        assert!(held(2, 1.0 + 0.2) && held(3, 0.6 + 0.2), "{glued:?}");
         // Touching is not enough to hold.
         assert!(!joined(&ball(0.0, 1.0), &ball(2.0, 1.0)));
     }
