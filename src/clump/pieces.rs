@@ -20,6 +20,7 @@ fn overlap_by(a: &Ball, b: &Ball, share: f64) -> bool {
 }
 
 /// True if all spheres hang together, were it by touching only.
+#[cfg(test)]
 pub fn touching(balls: &[Ball]) -> bool {
     label_by(balls, TOUCH).iter().all(|&piece| piece == 0)
 }
