@@ -252,7 +252,7 @@ pub struct Study {
     /// Folder for tables, charts and page (default: study-WHAT).
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
-    /// Fewer points: about a minute instead of some.
+    /// Fewer points: seconds to minutes instead of minutes to half an hour (`clump`: five minutes of CPU).
     #[arg(long)]
     pub quick: bool,
     /// Study clump: leave out what the error of a clump costs in a DEM run.

@@ -26,9 +26,9 @@ use std::time::Instant;
 /// How much a study computes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effort {
-    /// Enough to see every method once: about a minute.
+    /// Enough to see every method once: seconds to some minutes.
     Quick,
-    /// What validation pages are made from: some minutes.
+    /// What validation pages are made from: minutes to half an hour.
     Full,
 }
 

@@ -310,7 +310,7 @@ fn statements(runs: &[Run], solids: &[Solid], size: &Size) -> Vec<Statement> {
             "the second step is slow",
             "CPU time with over without it",
             over(&|r| r.seconds),
-            1.1,
+            1.0,
             1000.0,
         );
         let normals = of("normals");

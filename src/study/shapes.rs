@@ -377,15 +377,27 @@ fn findings(rows: &[Row], influences: &[Influence]) -> Findings {
     Findings {
         title: "How loosely and how densely shapes pack".into(),
         question: "Which solid fraction does each method reach with each shape, beside published loose and dense values; and what does packing by control points depend on?".into(),
-        remarks: rows.iter().map(remark).collect(),
+        remarks: remarks(rows),
         tables: vec![sheet(rows), influence_sheet(influences)],
         charts,
         pictures: Vec::new(),
     }
 }
 
-fn remark(row: &Row) -> String {
-    format!("{}, {} ({} grains): {}.", row.shape, row.method, row.grains, row.outcome)
+/// One line a shape: from its loosest to its densest packing.
+fn remarks(rows: &[Row]) -> Vec<String> {
+    let mut shapes: Vec<&str> = rows.iter().map(|row| row.shape).collect();
+    shapes.dedup();
+    let line = |shape: &str| {
+        let mut mine: Vec<&Row> = rows.iter().filter(|row| row.shape == shape).collect();
+        mine.sort_by(|a, b| a.fraction.total_cmp(&b.fraction));
+        let (loosest, densest) = (mine.first()?, mine.last()?);
+        Some(format!(
+            "{shape}: solid fraction {:.3} ({}) to {:.3} ({}).",
+            loosest.fraction, loosest.method, densest.fraction, densest.method
+        ))
+    };
+    shapes.into_iter().filter_map(line).collect()
 }
 
 fn sheet(rows: &[Row]) -> Sheet {
@@ -401,6 +413,7 @@ fn sheet(rows: &[Row]) -> Sheet {
         "published dense",
         "source",
         "CPU [s]",
+        "how it ended",
     ];
     Sheet {
         key: "shapes".into(),
@@ -422,6 +435,7 @@ fn sheet(rows: &[Row]) -> Sheet {
                     row.known[1].into(),
                     row.source.into(),
                     row.seconds.into(),
+                    row.outcome.split([':', ';']).next().unwrap_or_default().into(),
                 ]
             })
             .collect(),
