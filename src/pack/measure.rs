@@ -31,8 +31,12 @@ pub struct Contacts {
 impl Contacts {
     /// Mean number of other bodies that each of `bodies` bodies touches; 0 for none.
     pub fn coordination(&self, bodies: usize) -> f64 {
-        if bodies == 0 { 0.0 } else { 2.0 * self.pairs.len() as f64 / bodies as f64 }
+        coordination(self.pairs.len(), bodies)
     }
+}
+
+fn coordination(touching: usize, bodies: usize) -> f64 {
+    if bodies == 0 { 0.0 } else { 2.0 * touching as f64 / bodies as f64 }
 }
 
 /// Contacts among spheres: `centres` and `radii` in m, `body[i]` the body that
@@ -54,16 +58,33 @@ pub fn contacts_of(
         let (centres, radii, body) = with_images(centres, radii, body, cell, reach);
         return contacts_of(&centres, &radii, &body, gap_tolerance, None);
     }
+    let mut pairs = Vec::new();
+    let (worst_overlap, least_gap) = each_contact(centres, radii, body, gap_tolerance, |i, j| {
+        let (a, b) = (body[i as usize], body[j as usize]);
+        pairs.push((a.min(b), a.max(b)));
+    });
+    pairs.sort_unstable();
+    pairs.dedup();
+    Contacts { pairs, worst_overlap, least_gap }
+}
+
+/// Calls `visit` once for each pair of spheres of different bodies that touch; the worst overlap and the least gap as
+/// in [`Contacts`].
+fn each_contact(
+    centres: &[Vec3],
+    radii: &[f64],
+    body: &[u32],
+    gap_tolerance: f64,
+    mut visit: impl FnMut(u32, u32),
+) -> (f64, Option<f64>) {
     let mean_diameter = 2.0 * crate::num::statistics::mean(radii).unwrap_or(0.0);
     // The search for the least gap narrows as it finds smaller ones.
     let least = cell::Cell::new(mean_diameter.max(gap_tolerance));
     let (mut found, mut worst_overlap) = (false, 0.0_f64);
-    let mut pairs = Vec::new();
     let reach = || least.get().max(gap_tolerance + 1e-12 * mean_diameter);
     near_pairs(centres, radii, body, reach, |i, j, gap| {
         if gap <= gap_tolerance {
-            let (a, b) = (body[i as usize], body[j as usize]);
-            pairs.push((a.min(b), a.max(b)));
+            visit(i, j);
         }
         if gap < least.get() || !found {
             found = true;
@@ -71,9 +92,7 @@ pub fn contacts_of(
         }
         worst_overlap = worst_overlap.max(-gap / radii[i as usize].min(radii[j as usize]));
     });
-    pairs.sort_unstable();
-    pairs.dedup();
-    Contacts { pairs, worst_overlap, least_gap: found.then(|| least.get()) }
+    (worst_overlap, found.then(|| least.get()))
 }
 
 /// The spheres, each at home, and all their images no farther than `reach` [m] outside the cell, after them.
@@ -153,10 +172,22 @@ pub fn measure(placements: &[Placement], grains: &[Grain], region: &Region) -> M
     }
     let bodies = placements.len();
     let gap_tolerance = if bodies == 0 { 0.0 } else { 0.01 * diameters / bodies as f64 };
-    let contacts = contacts_of(&centres, &radii, &body, gap_tolerance, region.cell().as_ref());
+    let (touching, worst_overlap, least_gap) = match region.cell() {
+        // Spheres that are bodies of their own meet once, so that they need only be counted: no list of a million pairs.
+        None if centres.len() == bodies => {
+            let mut touching = 0_usize;
+            let (worst, least) =
+                each_contact(&centres, &radii, &body, gap_tolerance, |_, _| touching += 1);
+            (touching, worst, least)
+        }
+        cell => {
+            let contacts = contacts_of(&centres, &radii, &body, gap_tolerance, cell.as_ref());
+            (contacts.pairs.len(), contacts.worst_overlap, contacts.least_gap)
+        }
+    };
     let container_volume = region.volume();
     let exact = (1.0 - solid / container_volume, 0.0);
-    let (porosity, porosity_error) = if inside && contacts.worst_overlap <= ROUNDING {
+    let (porosity, porosity_error) = if inside && worst_overlap <= ROUNDING {
         exact
     } else {
         sampled_porosity(&centres, &radii, region, 200_000).unwrap_or(exact)
@@ -165,10 +196,10 @@ pub fn measure(placements: &[Placement], grains: &[Grain], region: &Region) -> M
         container_volume,
         porosity,
         porosity_error,
-        coordination: contacts.coordination(bodies),
+        coordination: coordination(touching, bodies),
         gap_tolerance,
-        worst_overlap: contacts.worst_overlap,
-        least_gap: contacts.least_gap,
+        worst_overlap,
+        least_gap,
     }
 }
 
