@@ -6,6 +6,7 @@
 
 mod faults;
 mod methods;
+mod mixtures;
 mod neighbours;
 mod page;
 
@@ -71,6 +72,7 @@ pub fn study(effort: Effort, job: &Job) -> Result<Findings, StudyError> {
     let full = effort == Effort::Full;
     let mut rows = Vec::new();
     let pores = methods::all(full, job, &mut rows)?;
+    mixtures::mixtures(full, job, &mut rows)?;
     let searches = neighbours::searches(full, job)?;
     let pressed = faults::faults(full, job)?;
     Ok(page::findings(&rows, pores, &pressed, &searches))
