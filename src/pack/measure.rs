@@ -53,8 +53,7 @@ pub fn contacts_of(
 ) -> Contacts {
     if let Some(cell) = cell {
         let mean = crate::num::statistics::mean(radii).unwrap_or(0.0);
-        let largest = radii.iter().copied().fold(0.0, f64::max);
-        let reach = 2.0 * largest + gap_tolerance.max(2.0 * mean);
+        let reach = gap_tolerance.max(2.0 * mean);
         let (centres, radii, body) = with_images(centres, radii, body, cell, reach);
         return contacts_of(&centres, &radii, &body, gap_tolerance, None);
     }
@@ -95,7 +94,8 @@ fn each_contact(
     (worst_overlap, found.then(|| least.get()))
 }
 
-/// The spheres, each at home, and all their images no farther than `reach` [m] outside the cell, after them.
+/// The spheres, each at home, and after them those images that a sphere of the same size inside the cell may come nearer
+/// to than `reach` [m]: every near pair is there at least once, and small spheres have few images.
 pub fn with_images(
     centres: &[Vec3],
     radii: &[f64],
@@ -107,7 +107,7 @@ pub fn with_images(
     let mut all = (centres.iter().map(home).collect::<Vec<_>>(), radii.to_vec(), body.to_vec());
     for index in 0..centres.len() {
         let centre = all.0[index];
-        cell.images(&centre, reach, |way| {
+        cell.images(&centre, 2.0 * radii[index] + reach, |way| {
             all.0.push(centre + way);
             all.1.push(radii[index]);
             all.2.push(body[index]);
@@ -240,6 +240,35 @@ mod tests {
             prop_assert!((found.worst_overlap - worst).abs() < 1e-12);
             prop_assert!((found.least_gap.expect("dense enough") - least).abs() < 1e-14);
         }
+    }
+
+    #[test]
+    fn contacts_across_sides_that_repeat_are_found_from_the_larger_ball() {
+        let mut source = stream(7, "contacts", 1);
+        let cell = Cell {
+            bounds: crate::geometry::Bounds { low: Vec3::zeros(), high: Vec3::repeat(1.0) },
+            periodic: [true, true, false],
+        };
+        let mut centres: Vec<Vec3> =
+            (0..150).map(|_| Vec3::from_fn(|_, _| uniform(&mut source, 0.0, 1.0))).collect();
+        let mut radii = vec![0.01; 150];
+        // One large ball across an edge, whose small neighbours lie on the other side.
+        (centres[0], radii[0]) = (Vec3::new(0.98, 0.02, 0.5), 0.22);
+        let body: Vec<u32> = (0..150).collect();
+        let tolerance = 0.03;
+        let mut pairs = Vec::new();
+        for i in 0..150_u32 {
+            for j in 0..i {
+                let way = cell.way(&(centres[i as usize] - centres[j as usize]));
+                if way.norm() - radii[i as usize] - radii[j as usize] <= tolerance {
+                    pairs.push((j, i));
+                }
+            }
+        }
+        pairs.sort_unstable();
+        let found = contacts_of(&centres, &radii, &body, tolerance, Some(&cell));
+        assert_eq!(found.pairs, pairs);
+        assert!(pairs.iter().filter(|pair| pair.0 == 0).count() > 8);
     }
 
     #[test]
