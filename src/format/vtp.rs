@@ -46,7 +46,7 @@ pub fn write_particles(path: &Path, particles: &Particles) -> Result<Vec<String>
         piece(out, count, count, 0)?;
         point_data(out, particles)?;
         points(out, &particles.positions)?;
-        cells(out, "Verts", &(0..count as i64).collect::<Vec<_>>(), 1)?;
+        cells(out, "Verts", (0..count).map(|sphere| sphere as i64), 1)?;
         writeln!(out, "</Piece>")?;
         // In front of the piece, where VTK puts it, it keeps OVITO from knowing the file.
         field_data(out, particles)?;
@@ -63,7 +63,7 @@ pub fn write_mesh(path: &Path, mesh: &Mesh) -> Result<Vec<String>, FormatError> 
         open(out)?;
         piece(out, mesh.vertices.len(), 0, mesh.triangles.len())?;
         points(out, &mesh.vertices)?;
-        cells(out, "Polys", &corners, 3)?;
+        cells(out, "Polys", corners.iter().copied(), 3)?;
         writeln!(out, "</Piece>")?;
         close(out)
     })?;
@@ -118,23 +118,23 @@ fn field(out: &mut dyn Write, kind: &str, name: &str, text: &str, tuples: u8) ->
 fn point_data(out: &mut dyn Write, particles: &Particles) -> io::Result<()> {
     let vectors = if particles.velocities.is_some() { " Vectors=\"velocity\"" } else { "" };
     writeln!(out, "<PointData Scalars=\"radius\"{vectors}>")?;
-    reals(out, RADIUS[0], 1, &particles.radii)?;
+    reals(out, RADIUS[0], &particles.radii)?;
     for (name, column) in [(ID, &particles.ids), (BODY, &particles.bodies)] {
         if let Some(column) = column {
-            wholes(out, name[0], &column.iter().map(|v| *v as i64).collect::<Vec<_>>())?;
+            wholes(out, name[0], column.iter().map(|v| *v as i64))?;
         }
     }
     if let Some(column) = &particles.materials {
-        wholes(out, MATERIAL[0], &column.iter().map(|v| i64::from(*v)).collect::<Vec<_>>())?;
+        wholes(out, MATERIAL[0], column.iter().map(|v| i64::from(*v)))?;
     }
     if let Some(column) = &particles.densities {
-        reals(out, DENSITY[0], 1, column)?;
+        reals(out, DENSITY[0], column)?;
     }
     for (name, column) in
         [(VELOCITY, &particles.velocities), (SPIN, &particles.spins), (FORCE, &particles.forces)]
     {
         if let Some(column) = column {
-            reals(out, name[0], 3, &flat(column))?;
+            triples(out, name[0], column)?;
         }
     }
     writeln!(out, "</PointData>")
@@ -142,47 +142,91 @@ fn point_data(out: &mut dyn Write, particles: &Particles) -> io::Result<()> {
 
 fn points(out: &mut dyn Write, positions: &[Vec3]) -> io::Result<()> {
     writeln!(out, "<Points>")?;
-    reals(out, "Points", 3, &flat(positions))?;
+    triples(out, "Points", positions)?;
     writeln!(out, "</Points>")
 }
 
 /// Cells of `corners` points each.
-fn cells(out: &mut dyn Write, kind: &str, connectivity: &[i64], corners: i64) -> io::Result<()> {
-    let count = connectivity.len() as i64 / corners;
+fn cells(
+    out: &mut dyn Write,
+    kind: &str,
+    connectivity: impl ExactSizeIterator<Item = i64>,
+    corners: usize,
+) -> io::Result<()> {
+    let count = connectivity.len() / corners;
     writeln!(out, "<{kind}>")?;
     wholes(out, "connectivity", connectivity)?;
-    wholes(out, "offsets", &(1..=count).map(|cell| cell * corners).collect::<Vec<_>>())?;
+    wholes(out, "offsets", (0..count).map(|cell| ((cell + 1) * corners) as i64))?;
     writeln!(out, "</{kind}>")
 }
 
-fn flat(vectors: &[Vec3]) -> Vec<f64> {
-    vectors.iter().flat_map(|vector| [vector.x, vector.y, vector.z]).collect()
+/// Vectors, component by component.
+fn triples(out: &mut dyn Write, name: &str, vectors: &[Vec3]) -> io::Result<()> {
+    let flat = vectors.iter().flat_map(|vector| [vector.x, vector.y, vector.z]);
+    array(out, ("Float64", name, 3), 3 * vectors.len(), flat.map(f64::to_le_bytes))
 }
 
-fn reals(out: &mut dyn Write, name: &str, components: usize, values: &[f64]) -> io::Result<()> {
-    let bytes: Vec<[u8; 8]> = values.iter().map(|value| value.to_le_bytes()).collect();
-    array(out, "Float64", name, components, &bytes)
+fn reals(out: &mut dyn Write, name: &str, values: &[f64]) -> io::Result<()> {
+    array(out, ("Float64", name, 1), values.len(), values.iter().map(|value| value.to_le_bytes()))
 }
 
-fn wholes(out: &mut dyn Write, name: &str, values: &[i64]) -> io::Result<()> {
-    let bytes: Vec<[u8; 8]> = values.iter().map(|value| value.to_le_bytes()).collect();
-    array(out, "Int64", name, 1, &bytes)
+fn wholes(
+    out: &mut dyn Write,
+    name: &str,
+    values: impl ExactSizeIterator<Item = i64>,
+) -> io::Result<()> {
+    array(out, ("Int64", name, 1), values.len(), values.map(i64::to_le_bytes))
 }
 
-/// One array; in front of the values stands their length in bytes.
+/// Words that are encoded at a time: whole groups of three bytes.
+const PORTION: usize = 3 * 1024;
+
+/// One array of `count` values; in front of them stands their length in bytes. Never the whole array as text, which
+/// would be the peak of memory of a million spheres.
 fn array(
     out: &mut dyn Write,
-    kind: &str,
-    name: &str,
-    components: usize,
-    values: &[[u8; 8]],
+    (kind, name, components): (&str, &str, usize),
+    count: usize,
+    values: impl Iterator<Item = [u8; 8]>,
 ) -> io::Result<()> {
-    let mut bytes = (values.len() as u64 * 8).to_le_bytes().to_vec();
-    bytes.extend(values.as_flattened());
     writeln!(
         out,
         "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" \
-         format=\"binary\">\n{}\n</DataArray>",
-        base64::encode(&bytes)
-    )
+         format=\"binary\">"
+    )?;
+    let mut portion = Vec::with_capacity(PORTION);
+    portion.push((count as u64 * 8).to_le_bytes());
+    for value in values {
+        portion.push(value);
+        if portion.len() == PORTION {
+            out.write_all(base64::encode(portion.as_flattened()).as_bytes())?;
+            portion.clear();
+        }
+    }
+    writeln!(out, "{}\n</DataArray>", base64::encode(portion.as_flattened()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::format::{self, Data};
+
+    #[test]
+    fn tables_longer_than_a_portion_come_back_as_they_were() {
+        let folder = tempfile::tempdir().expect("a folder");
+        // One word of length and the radii: less than, exactly, and more than whole portions.
+        for count in [1, PORTION - 2, PORTION - 1, PORTION, 2 * PORTION + 7] {
+            let table = Particles {
+                positions: (0..count).map(|i| Vec3::new(i as f64, 0.5, -1.0 / 3.0)).collect(),
+                radii: (0..count).map(|i| 1.0 + (i as f64).sqrt()).collect(),
+                bodies: Some((0..count as u64).rev().collect()),
+                ..Particles::default()
+            };
+            let path = folder.path().join(format!("{count}.vtp"));
+            write_particles(&path, &table).expect("written");
+            let Ok(Data::Particles(read)) = format::read(&path) else { panic!("{count}") };
+            assert_eq!(read.positions, table.positions);
+            assert_eq!((read.radii, read.bodies), (table.radii, table.bodies));
+        }
+    }
 }
