@@ -1,5 +1,5 @@
 //! Contacts between the spheres of one block, several pairs side by side, in three sweeps over a
-//! few dozen pairs at a time.
+//! few dozen pairs at a time; contacts with planes the same way (first and last sweep: [`super::planes`]).
 //!
 //! A sphere is one line of the cache. First the lines of both spheres of each pair are read whole and
 //! their differences turned in registers, so that each quantity of all pairs stands side by
@@ -17,6 +17,7 @@ use super::forces::Field;
 #[cfg(target_arch = "x86_64")]
 use super::lanes::{Eight, Four};
 use super::lanes::{Lanes, Line, Plain, Triple, Wide};
+use super::planes;
 use super::law::{Approach, BookView, Kind, Parameters, Past, Response, Tally, respond, softness};
 use super::state::Load;
 use crate::model::History;
@@ -24,7 +25,7 @@ use crate::num::Vec3;
 use std::array::from_fn;
 
 /// Pairs that are taken together, on every processor.
-const GROUP: usize = 8;
+pub const GROUP: usize = 8;
 
 const ZEROS: Line = Line([0.0; 8]);
 /// What the second sphere gets of the first one's force and torque where all are alike.
@@ -55,31 +56,34 @@ const NEAR: usize = 4096;
 /// One quantity of all pairs of a sweep.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
-struct Column([f64; SWEEP]);
+pub struct Column([f64; SWEEP]);
 
 /// What the sweeps over the same pairs hand each other, and the lines of the block.
 #[derive(Debug)]
 pub struct Scratch {
     /// Unit normal towards the first sphere.
-    unit: Triple<Column>,
+    pub unit: Triple<Column>,
     /// Velocity of the first contact point relative to the other, m/s.
-    velocity: Triple<Column>,
+    pub velocity: Triple<Column>,
     /// Sum of both angular velocities, rad/s; where springs turn with it only.
-    spins: Triple<Column>,
+    pub spins: Triple<Column>,
     /// Overlap, m.
-    overlap: Column,
+    pub overlap: Column,
     /// Lever arms, m.
-    arms: [Column; 2],
+    pub arms: [Column; 2],
     /// Which pairs touch, a bit each.
-    touches: [u8; SWEEP],
+    pub touches: [u8; SWEEP],
     /// Force on the first sphere, N.
-    push: Triple<Column>,
+    pub push: Triple<Column>,
     /// Normal × tangential force, N.
-    couple: Triple<Column>,
-    /// Energies taken, J, one sum for each place in a group.
+    pub couple: Triple<Column>,
+    /// Energies taken, J, one sum for each place in a group; and the power of moving planes, W.
     sums: [[f64; GROUP]; 3],
+    pub power: [f64; GROUP],
+    /// Velocity of the planes, m/s; where they move only.
+    pub drift: Triple<Column>,
     /// Force and torque on each sphere of the block, then on strangers.
-    pulls: Vec<Line>,
+    pub pulls: Vec<Line>,
 }
 
 impl Default for Scratch {
@@ -96,6 +100,8 @@ impl Default for Scratch {
             push: triple(),
             couple: triple(),
             sums: [[0.0; GROUP]; 3],
+            power: [0.0; GROUP],
+            drift: triple(),
             pulls: Vec::new(),
         }
     }
@@ -111,41 +117,43 @@ impl Scratch {
 
 impl Column {
     #[inline(always)]
-    fn get<const W: usize, L: Wide<W>>(&self, at: usize) -> L {
+    pub fn get<const W: usize, L: Wide<W>>(&self, at: usize) -> L {
         L::load(chunk(&self.0, at))
     }
 
     #[inline(always)]
-    fn set<const W: usize, L: Wide<W>>(&mut self, at: usize, value: L) {
+    pub fn set<const W: usize, L: Wide<W>>(&mut self, at: usize, value: L) {
         value.store(chunk_mut(&mut self.0, at));
     }
 }
 
 impl Triple<Column> {
     #[inline(always)]
-    fn get<const W: usize, L: Wide<W>>(&self, at: usize) -> Triple<L> {
+    pub fn get<const W: usize, L: Wide<W>>(&self, at: usize) -> Triple<L> {
         Triple { x: self.x.get(at), y: self.y.get(at), z: self.z.get(at) }
     }
 
     #[inline(always)]
-    fn set<const W: usize, L: Wide<W>>(&mut self, at: usize, value: Triple<L>) {
+    pub fn set<const W: usize, L: Wide<W>>(&mut self, at: usize, value: Triple<L>) {
         self.x.set(at, value.x);
         self.y.set(at, value.y);
         self.z.set(at, value.z);
     }
 }
 
-/// The pairs of a block in the order of the list.
+/// The pairs of a block in the order of the list, or its spheres with the planes near them.
 #[derive(Debug, Clone, Copy)]
 pub struct Pairs<'a> {
     /// Slot of the first sphere of the block.
     pub block: usize,
     /// Places of the first spheres in the block.
     pub first: &'a [u16],
-    /// Slots of the second.
+    /// Slots of the second; or numbers of planes.
     pub second: &'a [u32],
-    /// Places of the second in the block: its spheres, then strangers.
+    /// Places of the second in the block: its spheres, then strangers; empty with planes.
     pub seats: &'a [u16],
+    /// Whether the partners are planes.
+    pub planes: bool,
 }
 
 impl<'a> Pairs<'a> {
@@ -155,7 +163,8 @@ impl<'a> Pairs<'a> {
             block: self.block,
             first: &self.first[from..to],
             second: &self.second[from..to],
-            seats: &self.seats[from..to],
+            seats: if self.planes { &[] } else { &self.seats[from..to] },
+            planes: self.planes,
         }
     }
 }
@@ -166,14 +175,17 @@ pub struct Part<'a> {
     pub loads: &'a mut [Load],
     /// Entries of the book that belong to its pairs.
     pub book: BookView<'a>,
+    /// The same with planes.
+    pub planes: BookView<'a>,
     /// Loads on spheres of later blocks that its pairs reach, in the order of their seats.
     pub strangers: &'a mut [Load],
 }
 
-/// Answers all pairs whose first sphere is in the block: sets its loads and those of strangers.
+/// Answers all pairs whose first sphere is in the block, then its planes: sets its loads and those of
+/// strangers.
 pub fn block<K: Kind>(
     field: &Field<'_>,
-    pairs: Pairs<'_>,
+    pairs: [Pairs<'_>; 2],
     part: &mut Part<'_>,
     scratch: &mut Scratch,
 ) -> Tally {
@@ -210,6 +222,18 @@ trait Version {
     );
     /// See [`deliver`].
     fn deliver<const SPINS: u8, const MIXED: bool>(pairs: Pairs<'_>, scratch: &mut Scratch);
+    /// See [`planes::approach`].
+    fn approach_planes<const SPINS: bool, const MOVING: bool>(
+        field: &Field<'_>,
+        pairs: Pairs<'_>,
+        count: usize,
+        scratch: &mut Scratch,
+    );
+    /// See [`planes::deliver`].
+    fn deliver_planes<const SPINS: bool, const MOVING: bool>(
+        pairs: Pairs<'_>,
+        scratch: &mut Scratch,
+    );
 }
 
 /// A version; its functions panic on processors without `$features`.
@@ -278,6 +302,44 @@ macro_rules! version {
                 #[allow(unused_unsafe)] // see above
                 unsafe { inner::<SPINS, MIXED>(pairs, scratch) }
             }
+
+            fn approach_planes<const SPINS: bool, const MOVING: bool>(
+                field: &Field<'_>,
+                pairs: Pairs<'_>,
+                count: usize,
+                scratch: &mut Scratch,
+            ) {
+                $(#[target_feature(enable = $feature)])*
+                fn inner<const SPINS: bool, const MOVING: bool>(
+                    field: &Field<'_>,
+                    pairs: Pairs<'_>,
+                    count: usize,
+                    scratch: &mut Scratch,
+                ) {
+                    planes::approach::<$wide, $lanes, SPINS, MOVING>(field, pairs, count, scratch);
+                }
+                assert!(Self::is_here());
+                // SAFETY: the processor has what the function asks for.
+                #[allow(unused_unsafe)] // see above
+                unsafe { inner::<SPINS, MOVING>(field, pairs, count, scratch) }
+            }
+
+            fn deliver_planes<const SPINS: bool, const MOVING: bool>(
+                pairs: Pairs<'_>,
+                scratch: &mut Scratch,
+            ) {
+                $(#[target_feature(enable = $feature)])*
+                fn inner<const SPINS: bool, const MOVING: bool>(
+                    pairs: Pairs<'_>,
+                    scratch: &mut Scratch,
+                ) {
+                    planes::deliver::<$wide, $lanes, SPINS, MOVING>(pairs, scratch);
+                }
+                assert!(Self::is_here());
+                // SAFETY: the processor has what the function asks for.
+                #[allow(unused_unsafe)] // see above
+                unsafe { inner::<SPINS, MOVING>(pairs, scratch) }
+            }
         }
     };
 }
@@ -290,34 +352,45 @@ version!(Eight, 8, "avx512f" "avx512dq" "avx512vl");
 /// [`block`] with one version.
 fn all<V: Version, K: Kind>(
     field: &Field<'_>,
-    pairs: Pairs<'_>,
+    [pairs, planes]: [Pairs<'_>; 2],
     part: &mut Part<'_>,
     scratch: &mut Scratch,
 ) -> Tally {
-    scratch.sums = [[0.0; GROUP]; 3];
+    (scratch.sums, scratch.power) = ([[0.0; GROUP]; 3], [0.0; GROUP]);
     scratch.pulls.clear();
     scratch.pulls.resize(part.loads.len() + part.strangers.len(), ZEROS);
+    sweeps::<V, K>(field, pairs, &mut part.book, scratch);
+    sweeps::<V, K>(field, planes, &mut part.planes, scratch);
+    let loads = part.loads.iter_mut().chain(part.strangers.iter_mut());
+    for (load, Line([a, b, c, _, d, e, f, _])) in loads.zip(&scratch.pulls) {
+        *load = Load { force: Vec3::new(*a, *b, *c), torque: Vec3::new(*d, *e, *f) };
+    }
+    let [normal_dashpot, tangential_dashpot, slip] = scratch.sums.map(|sums| sums.iter().sum());
+    let wall_power = scratch.power.iter().sum();
+    Tally { normal_dashpot, tangential_dashpot, slip, wall_power, ..Tally::default() }
+}
+
+/// All pairs, or all planes, with one version.
+fn sweeps<V: Version, K: Kind>(
+    field: &Field<'_>,
+    pairs: Pairs<'_>,
+    book: &mut BookView<'_>,
+    scratch: &mut Scratch,
+) {
     let whole = pairs.first.len() / GROUP * GROUP;
     for begin in (0..whole).step_by(SWEEP) {
-        if field.balls.len() > NEAR {
+        if field.balls.len() > NEAR && !pairs.planes {
             let next = begin + SWEEP..(begin + 2 * SWEEP).min(whole);
             let ahead = pairs.second.get(next).unwrap_or_default();
             ahead.iter().for_each(|slot| fetch(field, *slot as usize));
         }
         let pairs = pairs.slice(begin, (begin + SWEEP).min(whole));
         let count = pairs.first.len();
-        let book = (&mut part.book, begin);
-        sweep::<V, K>(field, pairs, count, book, scratch);
+        sweep::<V, K>(field, pairs, count, (book, begin), scratch);
     }
     if whole < pairs.first.len() {
-        rest::<V, K>(field, pairs, part, whole, scratch);
+        rest::<V, K>(field, pairs, book, whole, scratch);
     }
-    let loads = part.loads.iter_mut().chain(part.strangers.iter_mut());
-    for (load, Line([a, b, c, _, d, e, f, _])) in loads.zip(&scratch.pulls) {
-        *load = Load { force: Vec3::new(*a, *b, *c), torque: Vec3::new(*d, *e, *f) };
-    }
-    let [normal_dashpot, tangential_dashpot, slip] = scratch.sums.map(|sums| sums.iter().sum());
-    Tally { normal_dashpot, tangential_dashpot, slip, ..Tally::default() }
 }
 
 /// Asks for what the next sweep reads of a sphere, which stands anywhere near in memory.
@@ -346,6 +419,9 @@ fn sweep<V: Version, K: Kind>(
     book: (&mut BookView<'_>, usize),
     scratch: &mut Scratch,
 ) {
+    if pairs.planes {
+        return sweep_planes::<V, K>(field, pairs, count, book, scratch);
+    }
     let mixed = field.setting.alike.is_none();
     let turned = K::HISTORY == History::Rotated;
     match (K::FRICTION, turned, mixed) {
@@ -364,11 +440,35 @@ fn sweep<V: Version, K: Kind>(
     }
 }
 
+/// The same with planes.
+fn sweep_planes<V: Version, K: Kind>(
+    field: &Field<'_>,
+    pairs: Pairs<'_>,
+    count: usize,
+    book: (&mut BookView<'_>, usize),
+    scratch: &mut Scratch,
+) {
+    let moving = field.planes.moving;
+    match (K::FRICTION, moving) {
+        (false, false) => V::approach_planes::<false, false>(field, pairs, count, scratch),
+        (false, true) => V::approach_planes::<false, true>(field, pairs, count, scratch),
+        (true, false) => V::approach_planes::<true, false>(field, pairs, count, scratch),
+        (true, true) => V::approach_planes::<true, true>(field, pairs, count, scratch),
+    }
+    V::answer::<K>(field, pairs, book, scratch);
+    match (K::FRICTION, moving) {
+        (false, false) => V::deliver_planes::<false, false>(pairs, scratch),
+        (false, true) => V::deliver_planes::<false, true>(pairs, scratch),
+        (true, false) => V::deliver_planes::<true, false>(pairs, scratch),
+        (true, true) => V::deliver_planes::<true, true>(pairs, scratch),
+    }
+}
+
 /// The last pairs, fewer than a group: the group is filled up with pairs that do not count.
 fn rest<V: Version, K: Kind>(
     field: &Field<'_>,
     pairs: Pairs<'_>,
-    part: &mut Part<'_>,
+    whole: &mut BookView<'_>,
     from: usize,
     scratch: &mut Scratch,
 ) {
@@ -377,7 +477,8 @@ fn rest<V: Version, K: Kind>(
         from_fn(|l| slots[l.min(slots.len() - 1)])
     }
     let left = pairs.slice(from, pairs.first.len());
-    let (first, second, seats) = (filled(left.first), filled(left.second), filled(left.seats));
+    let (first, second) = (filled(left.first), filled(left.second));
+    let seats = if left.planes { [0; GROUP] } else { filled(left.seats) };
     let pairs = Pairs { first: &first, second: &second, seats: &seats, ..pairs };
     let mut touching = [false; GROUP];
     let (mut spring, mut normal) = ([Vec3::zeros(); GROUP], [Vec3::zeros(); GROUP]);
@@ -385,16 +486,16 @@ fn rest<V: Version, K: Kind>(
     let rotated = K::FRICTION && K::HISTORY == History::Rotated;
     let entries = from..from + count;
     if K::FRICTION {
-        spring[..count].copy_from_slice(&part.book.spring[entries.clone()]);
+        spring[..count].copy_from_slice(&whole.spring[entries.clone()]);
     }
     if rotated {
-        normal[..count].copy_from_slice(&part.book.normal[entries.clone()]);
+        normal[..count].copy_from_slice(&whole.normal[entries.clone()]);
     }
     if K::DAMPING {
-        lag[..count].copy_from_slice(&part.book.lag[entries.clone()]);
+        lag[..count].copy_from_slice(&whole.lag[entries.clone()]);
     }
     if K::FRICTION && K::DAMPING {
-        power[..count].copy_from_slice(&part.book.power[entries.clone()]);
+        power[..count].copy_from_slice(&whole.power[entries.clone()]);
     }
     let mut book = BookView {
         touching: &mut touching,
@@ -405,31 +506,31 @@ fn rest<V: Version, K: Kind>(
         pull: &mut [],
     };
     sweep::<V, K>(field, pairs, count, (&mut book, 0), scratch);
-    part.book.touching[entries.clone()].copy_from_slice(&touching[..count]);
+    whole.touching[entries.clone()].copy_from_slice(&touching[..count]);
     if K::FRICTION {
-        part.book.spring[entries.clone()].copy_from_slice(&spring[..count]);
+        whole.spring[entries.clone()].copy_from_slice(&spring[..count]);
     }
     if rotated {
-        part.book.normal[entries.clone()].copy_from_slice(&normal[..count]);
+        whole.normal[entries.clone()].copy_from_slice(&normal[..count]);
     }
     if K::DAMPING {
-        part.book.lag[entries.clone()].copy_from_slice(&lag[..count]);
+        whole.lag[entries.clone()].copy_from_slice(&lag[..count]);
     }
     if K::FRICTION && K::DAMPING {
-        part.book.power[entries].copy_from_slice(&power[..count]);
+        whole.power[entries].copy_from_slice(&power[..count]);
     }
 }
 
 /// `W` entries from `at`.
 #[inline(always)]
-fn chunk<const W: usize, T>(values: &[T], at: usize) -> &[T; W] {
+pub fn chunk<const W: usize, T>(values: &[T], at: usize) -> &[T; W] {
     // Groups lie within the lists: `at + W` is never above the length.
     values[at..].first_chunk().expect("a whole group")
 }
 
 /// `W` entries from `at`, to be written.
 #[inline(always)]
-fn chunk_mut<const W: usize, T>(values: &mut [T], at: usize) -> &mut [T; W] {
+pub fn chunk_mut<const W: usize, T>(values: &mut [T], at: usize) -> &mut [T; W] {
     // See `chunk`.
     values[at..].first_chunk_mut().expect("a whole group")
 }
@@ -539,7 +640,7 @@ fn answer<const W: usize, L: Wide<W>, K: Kind>(
         let approach = Approach { normal: unit, overlap: scratch.overlap.get(at), velocity, spins };
         let law = match &only {
             Some(law) => *law,
-            None => gathered(field, pairs.block, chunk(pairs.first, at), chunk(pairs.second, at)),
+            None => gathered(field, pairs, at),
         };
         let bits = scratch.touches[at];
         let Response { normal, tangent, past, taken } =
@@ -609,7 +710,7 @@ fn deliver<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
 /// Panics if a slot of a sweep does not exist: one look a sweep, so that no access inside it
 /// has a branch.
 #[inline(always)]
-fn check(pairs: Pairs<'_>, field: &Field<'_>, pulls: usize) {
+pub fn check(pairs: Pairs<'_>, field: &Field<'_>, pulls: usize) {
     fn highest<T: Copy + Ord + Default>(slots: &[T]) -> T {
         slots.iter().fold(T::default(), |top, slot| top.max(*slot))
     }
@@ -617,14 +718,14 @@ fn check(pairs: Pairs<'_>, field: &Field<'_>, pulls: usize) {
         0 => field.balls.len(),
         spins => spins.min(field.balls.len()),
     };
-    let (first, seat) = (usize::from(highest(pairs.first)), usize::from(highest(pairs.seats)));
-    assert!(first.max(seat) < pulls);
-    assert!((pairs.block + first).max(highest(pairs.second) as usize) < count);
+    let (first, second) = (usize::from(highest(pairs.first)), highest(pairs.second) as usize);
+    assert!(first.max(usize::from(highest(pairs.seats))) < pulls && pairs.block + first < count);
+    assert!(second < if pairs.planes { field.planes.lines.len() } else { count });
 }
 
 /// The values at these places after `from`, which [`check`] has looked at.
 #[inline(always)]
-fn entries<'a, const W: usize, T, I: Place>(
+pub fn entries<'a, const W: usize, T, I: Place>(
     values: &'a [T],
     from: usize,
     places: &[I; W],
@@ -639,7 +740,8 @@ fn entries<'a, const W: usize, T, I: Place>(
 }
 
 /// A number of a sphere.
-trait Place: Copy {
+pub trait Place: Copy {
+    /// As an index.
     fn number(self) -> usize;
 }
 
@@ -661,14 +763,18 @@ impl Place for u32 {
 #[inline(always)]
 fn gathered<const W: usize, L: Wide<W>>(
     field: &Field<'_>,
-    block: usize,
-    me: &[u16; W],
-    them: &[u32; W],
+    list: Pairs<'_>,
+    at: usize,
 ) -> Parameters<L> {
+    let (me, them) = (chunk::<W, _>(list.first, at), chunk::<W, _>(list.second, at));
     let mut pairs = [field.setting.pair(0, 0); W];
     for l in 0..W {
-        let one = &field.balls[block + usize::from(me[l])];
-        pairs[l] = field.setting.pair(one.material, field.balls[them[l] as usize].material);
+        let (one, other) = (&field.balls[list.block + usize::from(me[l])], them[l] as usize);
+        let other = match list.planes {
+            true => field.planes.now[other].material,
+            false => field.balls[other].material,
+        };
+        pairs[l] = field.setting.pair(one.material, other);
     }
     Parameters {
         kn: L::load(&pairs.map(|pair| pair.kn)),
@@ -683,11 +789,12 @@ fn gathered<const W: usize, L: Wide<W>>(
 #[cfg(test)]
 mod tests {
     use super::super::law::{Rule, for_kind};
+    use super::super::planes::Planes;
     use super::super::setting::Setting;
     use super::super::state::{List, State};
     use super::super::{neighbours, test_scenes};
     use super::*;
-    use crate::model::{Coulomb, History, Law, Model};
+    use crate::model::{Coulomb, History, Law, Model, Motion};
 
     type Bits = Vec<u64>;
 
@@ -695,12 +802,13 @@ mod tests {
     fn passes<V: Version>(setting: &Setting<'_>, state: &State) -> Bits {
         let mut state = state.clone();
         let rule = Rule { law: setting.law, advance: 1e-5, interval: 1e-5, bare_slip: false };
-        let owners: Vec<u16> = (0..state.balls.len())
-            .flat_map(|slot| {
-                let entries = state.pairs.start[slot]..state.pairs.start[slot + 1];
-                entries.map(move |_| slot as u16)
-            })
-            .collect();
+        let owners = |list: &List| -> Vec<u16> {
+            let slots = 0..state.balls.len();
+            let entries = |slot| list.start[slot]..list.start[slot + 1];
+            slots.flat_map(|slot| entries(slot).map(move |_| slot as u16)).collect()
+        };
+        let (owners, sides) = (owners(&state.pairs), owners(&state.planes));
+        let planes = Planes::new(setting.planes_at(0.0));
         let mut bits = Bits::new();
         for _ in 0..3 {
             let field = Field {
@@ -709,26 +817,34 @@ mod tests {
                 balls: &state.balls,
                 spins: &state.spins,
                 light: &state.light,
-                planes: &[],
+                planes: &planes,
                 faces: &[],
                 memory: &Default::default(),
                 yade: false,
             };
             let List { partner, book, .. } = &mut state.pairs;
             let seats: Vec<u16> = partner.iter().map(|slot| *slot as u16).collect();
-            let pairs = Pairs { block: 0, first: &owners, second: partner, seats: &seats };
+            let pairs =
+                Pairs { block: 0, first: &owners, second: partner, seats: &seats, planes: false };
+            let second = &state.planes.partner[..];
+            let sides = Pairs { first: &sides, second, seats: &[], planes: true, ..pairs };
             let (loads, book) = (&mut state.loads[..], book.view());
-            let mut part = Part { loads, book, strangers: &mut [] };
+            let mut part =
+                Part { loads, book, planes: state.planes.book.view(), strangers: &mut [] };
             let mut scratch = Scratch::default();
             let tally = for_kind!(setting.kept, setting.law, K => {
-                all::<V, K>(&field, pairs, &mut part, &mut scratch)
+                all::<V, K>(&field, [pairs, sides], &mut part, &mut scratch)
             });
             let loads = state.loads.iter().flat_map(|l| l.force.iter().chain(l.torque.iter()));
-            bits.extend(loads.chain(state.pairs.book.spring.iter().flatten()).map(|x| x.to_bits()));
-            bits.extend(state.pairs.book.lag.iter().map(|x| x.to_bits()));
-            bits.extend(state.pairs.book.power.iter().map(|x| u64::from(x.to_bits())));
-            bits.extend(state.pairs.book.touching.iter().map(|t| u64::from(*t)));
-            let sums = [tally.normal_dashpot, tally.tangential_dashpot, tally.slip];
+            bits.extend(loads.map(|x| x.to_bits()));
+            for book in [&state.pairs.book, &state.planes.book] {
+                bits.extend(book.spring.iter().flatten().map(|x| x.to_bits()));
+                bits.extend(book.lag.iter().map(|x| x.to_bits()));
+                bits.extend(book.power.iter().map(|x| u64::from(x.to_bits())));
+                bits.extend(book.touching.iter().map(|t| u64::from(*t)));
+            }
+            let Tally { normal_dashpot, tangential_dashpot, slip, wall_power, .. } = tally;
+            let sums = [normal_dashpot, tangential_dashpot, slip, wall_power];
             bits.extend(sums.map(f64::to_bits));
             for (slot, ball) in state.balls.iter_mut().enumerate() {
                 ball.place += ball.velocity * (1e-4 * (1.0 + 0.1 * slot as f64));
@@ -758,12 +874,17 @@ mod tests {
         }) {
             let mut model = test_scenes::wide_sizes(count, mixed);
             crowd(&mut model);
+            let turn = Motion::Rotate { origin: Vec3::x() * 0.01, axis: Vec3::y(), rate: 3.0 };
+            let motion = if mixed == 1.0 { Motion::Still } else { turn };
+            test_scenes::add_plane(&mut model, Vec3::zeros(), Vec3::new(0.3, 0.5, 1.0), motion);
+            test_scenes::add_plane(&mut model, Vec3::x() * 1e-3, Vec3::x(), Motion::Still);
             model.plan.law = Law { coulomb, history, ..model.plan.law };
             let setting = Setting::new(&model);
             assert_eq!(setting.alike.is_some(), mixed == 1.0);
             let mut state = State::new(&setting);
             neighbours::rebuild(&setting, &mut state);
             rests += state.pairs.partner.len() % GROUP;
+            assert!(state.planes.partner.len() > GROUP);
             let plain = passes::<Plain>(&setting, &state);
             touching += plain.iter().filter(|bits| **bits == 1).count();
             #[cfg(target_arch = "x86_64")]

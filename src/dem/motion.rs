@@ -121,28 +121,57 @@ fn move_alone(setting: &Setting<'_>, state: &mut State, crew: &Crew, leap: &Leap
     flocks.iter().any(|flock| flock.far)
 }
 
+/// [`fly_any`] as this processor does it fastest.
 fn fly(setting: &Setting<'_>, lights: &Lights, flock: &mut Flock<'_>, leap: &Leap) {
-    let (gravity, step) = (setting.gravity, setting.step);
+    #[cfg(target_arch = "x86_64")]
+    if is_x86_feature_detected!("avx2") {
+        #[target_feature(enable = "avx2")]
+        fn inner(setting: &Setting<'_>, lights: &Lights, flock: &mut Flock<'_>, leap: &Leap) {
+            fly_any(setting, lights, flock, leap);
+        }
+        // SAFETY: the processor has what the function asks for.
+        return unsafe { inner(setting, lights, flock, leap) };
+    }
+    fly_any(setting, lights, flock, leap);
+}
+
+#[inline(always)]
+fn fly_any(setting: &Setting<'_>, lights: &Lights, flock: &mut Flock<'_>, leap: &Leap) {
+    // One kick or two; four numbers side by side, of which the last means nothing.
+    let second = if leap.owed { 1.0 } else { 0.0 };
+    let four = |v: &Vec3| [v.x, v.y, v.z, 0.0];
+    let (gravity, step, kick) = (four(&setting.gravity), setting.step, leap.kick);
     let same = lights.same();
     let light = |slot: usize| same.unwrap_or_else(|| lights.at(slot));
     let fixed = (flock.first..).zip(flock.loads).zip(flock.built);
+    let mut far = false;
     for (ball, ((slot, load), built)) in flock.balls.iter_mut().zip(fixed) {
-        if ball.alone {
-            let gain = (load.force * light(slot).mass + gravity) * leap.kick;
-            if leap.owed {
-                ball.velocity += gain;
-            }
-            ball.velocity += gain;
-            ball.place += ball.velocity * step;
-            flock.far |= !within(&(ball.place - built), leap.square);
+        if !ball.alone {
+            continue;
         }
+        let mass = light(slot).mass;
+        let (force, built) = (four(&load.force), four(built));
+        let (mut velocity, mut place) = (four(&ball.velocity), four(&ball.place));
+        let mut way = [0.0; 4];
+        for l in 0..4 {
+            let gain = (force[l] * mass + gravity[l]) * kick;
+            velocity[l] = velocity[l] + gain * second + gain;
+            place[l] += velocity[l] * step;
+            way[l] = place[l] - built[l];
+        }
+        ball.velocity = Vec3::new(velocity[0], velocity[1], velocity[2]);
+        ball.place = Vec3::new(place[0], place[1], place[2]);
+        far |= !within(&Vec3::new(way[0], way[1], way[2]), leap.square);
     }
+    flock.far |= far;
     for (spin, (slot, load)) in flock.spins.iter_mut().zip((flock.first..).zip(flock.loads)) {
-        let gain = load.torque * (light(slot).inertia * leap.kick);
-        if leap.owed {
-            *spin += gain;
+        let inertia = light(slot).inertia;
+        let (torque, mut turning) = (four(&load.torque), four(spin));
+        for l in 0..4 {
+            let gain = torque[l] * (inertia * kick);
+            turning[l] = turning[l] + gain * second + gain;
         }
-        *spin += gain;
+        *spin = Vec3::new(turning[0], turning[1], turning[2]);
     }
 }
 

@@ -1,6 +1,6 @@
-//! Contacts of spheres with planes and triangles.
+//! Contacts of spheres with triangles; those with planes are in [`super::planes`].
 //!
-//! Only spheres with a wall in their lists are looked at. O(listed walls); cannot fail.
+//! Only spheres with a triangle in their lists are looked at. O(listed triangles); cannot fail.
 
 use super::forces::Field;
 use super::law::{self, Approach, BookView, Kind, Reply, Tally};
@@ -64,39 +64,6 @@ fn at_wall<K: Kind>(
     tally.wall_power += force.dot(&spot.velocity);
 }
 
-#[inline]
-/// Contacts of a sphere with the planes near it.
-pub fn on_planes<K: Kind>(
-    field: &Field<'_>,
-    slot: usize,
-    partners: &[u32],
-    base: usize,
-    book: &mut BookView<'_>,
-    load: &mut Load,
-    tally: &mut Tally,
-) {
-    let ball = &field.balls[slot];
-    for (at, partner) in partners.iter().enumerate() {
-        let plane = &field.planes[*partner as usize];
-        let height = (ball.place - plane.point).dot(&plane.normal);
-        let touches = height.abs() <= ball.radius;
-        if !touches && !book.touching[base + at] {
-            continue;
-        }
-        let away = plane.normal * height;
-        let spot = Spot {
-            normal: plane.normal * 1f64.copysign(height),
-            distance: height.abs(),
-            velocity: plane.motion.velocity(&(ball.place - away)),
-            spin: wall_spin(&plane.motion),
-            material: plane.material,
-            share: plane.share,
-            touches,
-        };
-        at_wall::<K>(field, slot, &spot, book, base + at, load, tally);
-    }
-}
-
 /// A triangle near a sphere.
 #[derive(Debug, Clone, Copy)]
 pub struct Hit {
@@ -108,7 +75,7 @@ pub struct Hit {
     pub inherits: bool,
 }
 
-#[allow(clippy::too_many_arguments)] // the arguments of `on_planes` and the scratch
+#[allow(clippy::too_many_arguments)] // what one sphere needs
 /// Contacts of a sphere with the triangles near it.
 pub fn on_faces<K: Kind>(
     field: &Field<'_>,
