@@ -17,8 +17,10 @@ use super::forces::Field;
 #[cfg(target_arch = "x86_64")]
 use super::lanes::{Eight, Four};
 use super::lanes::{Lanes, Line, Plain, Triple, Wide};
+use super::law::{
+    self, Approach, BookView, Kind, Parameters, Past, Response, Tally, Variant, respond, softness,
+};
 use super::planes;
-use super::law::{Approach, BookView, Kind, Parameters, Past, Response, Tally, respond, softness};
 use super::state::Load;
 use crate::model::History;
 use crate::num::Vec3;
@@ -67,6 +69,8 @@ pub struct Scratch {
     pub velocity: Triple<Column>,
     /// Sum of both angular velocities, rad/s; where springs turn with it only.
     pub spins: Triple<Column>,
+    /// Springs of the last pass, turned with the contacts, m.
+    before: Triple<Column>,
     /// Overlap, m.
     pub overlap: Column,
     /// Lever arms, m.
@@ -82,7 +86,7 @@ pub struct Scratch {
     pub power: [f64; GROUP],
     /// Velocity of the planes, m/s; where they move only.
     pub drift: Triple<Column>,
-    /// Force and torque on each sphere of the block, then on strangers.
+    /// Force and torque on each sphere of the block, then on strangers; zeros between blocks.
     pub pulls: Vec<Line>,
 }
 
@@ -94,6 +98,7 @@ impl Default for Scratch {
             unit: triple(),
             velocity: triple(),
             spins: triple(),
+            before: triple(),
             overlap: column(),
             arms: [column(), column()],
             touches: [0; SWEEP],
@@ -118,13 +123,33 @@ impl Scratch {
 impl Column {
     #[inline(always)]
     pub fn get<const W: usize, L: Wide<W>>(&self, at: usize) -> L {
-        L::load(chunk(&self.0, at))
+        L::load(chunk(&self.0, within::<W>(at)))
     }
 
     #[inline(always)]
     pub fn set<const W: usize, L: Wide<W>>(&mut self, at: usize, value: L) {
-        value.store(chunk_mut(&mut self.0, at));
+        value.store(chunk_mut(&mut self.0, within::<W>(at)));
     }
+}
+
+/// `at`, of which the compiler then sees that `W` entries from there lie within a column.
+#[inline(always)]
+pub fn within<const W: usize>(at: usize) -> usize {
+    at & (SWEEP - W)
+}
+
+/// `values` in groups of `W`.
+#[inline(always)]
+pub fn groups<const W: usize, T>(values: &[T], count: usize) -> &[[T; W]] {
+    &values.as_chunks().0[..count]
+}
+
+/// The same, to be written; from entry `base`.
+#[inline(always)]
+fn groups_mut<const W: usize, T>(values: &mut [T], base: usize, count: usize) -> &mut [[T; W]] {
+    // What is not kept is empty.
+    let from = base.min(values.len());
+    &mut values[from..].as_chunks_mut().0[..count]
 }
 
 impl Triple<Column> {
@@ -213,6 +238,13 @@ trait Version {
         count: usize,
         scratch: &mut Scratch,
     );
+    /// See [`carry`].
+    fn carry<const HISTORY: u8>(
+        field: &Field<'_>,
+        book: (&BookView<'_>, usize),
+        count: usize,
+        scratch: &mut Scratch,
+    );
     /// See [`answer`].
     fn answer<K: Kind>(
         field: &Field<'_>,
@@ -263,6 +295,27 @@ macro_rules! version {
                 // SAFETY: the processor has what the function asks for.
                 #[allow(unused_unsafe)] // nothing is asked for where all processors will do
                 unsafe { inner::<SPINS, MIXED>(field, pairs, count, scratch) }
+            }
+
+            fn carry<const HISTORY: u8>(
+                field: &Field<'_>,
+                book: (&BookView<'_>, usize),
+                count: usize,
+                scratch: &mut Scratch,
+            ) {
+                $(#[target_feature(enable = $feature)])*
+                fn inner<const HISTORY: u8>(
+                    field: &Field<'_>,
+                    book: (&BookView<'_>, usize),
+                    count: usize,
+                    scratch: &mut Scratch,
+                ) {
+                    carry::<$wide, $lanes, HISTORY>(field, book, count, scratch);
+                }
+                assert!(Self::is_here());
+                // SAFETY: the processor has what the function asks for.
+                #[allow(unused_unsafe)] // see above
+                unsafe { inner::<HISTORY>(field, book, count, scratch) }
             }
 
             fn answer<K: Kind>(
@@ -357,13 +410,14 @@ fn all<V: Version, K: Kind>(
     scratch: &mut Scratch,
 ) -> Tally {
     (scratch.sums, scratch.power) = ([[0.0; GROUP]; 3], [0.0; GROUP]);
-    scratch.pulls.clear();
     scratch.pulls.resize(part.loads.len() + part.strangers.len(), ZEROS);
     sweeps::<V, K>(field, pairs, &mut part.book, scratch);
     sweeps::<V, K>(field, planes, &mut part.planes, scratch);
     let loads = part.loads.iter_mut().chain(part.strangers.iter_mut());
-    for (load, Line([a, b, c, _, d, e, f, _])) in loads.zip(&scratch.pulls) {
-        *load = Load { force: Vec3::new(*a, *b, *c), torque: Vec3::new(*d, *e, *f) };
+    for (load, pull) in loads.zip(&mut scratch.pulls) {
+        // Zeros for the next block, while the line is at hand.
+        let Line([a, b, c, _, d, e, f, _]) = std::mem::replace(pull, ZEROS);
+        *load = Load { force: Vec3::new(a, b, c), torque: Vec3::new(d, e, f) };
     }
     let [normal_dashpot, tangential_dashpot, slip] = scratch.sums.map(|sums| sums.iter().sum());
     let wall_power = scratch.power.iter().sum();
@@ -432,11 +486,27 @@ fn sweep<V: Version, K: Kind>(
         (true, true, false) => V::approach::<2, false>(field, pairs, count, scratch),
         (true, true, true) => V::approach::<2, true>(field, pairs, count, scratch),
     }
+    follow::<V, K>(field, (&*book.0, book.1), pairs.first.len(), scratch);
     V::answer::<K>(field, pairs, book, scratch);
     match (K::FRICTION, mixed) {
         (false, _) => V::deliver::<0, false>(pairs, scratch),
         (true, false) => V::deliver::<1, false>(pairs, scratch),
         (true, true) => V::deliver::<1, true>(pairs, scratch),
+    }
+}
+
+/// See [`carry`].
+fn follow<V: Version, K: Kind>(
+    field: &Field<'_>,
+    (book, base): (&BookView<'_>, usize),
+    count: usize,
+    scratch: &mut Scratch,
+) {
+    match (K::FRICTION, K::HISTORY) {
+        (false, _) => {}
+        (true, History::Projected) => V::carry::<0>(field, (book, base), count, scratch),
+        (true, History::Rescaled) => V::carry::<1>(field, (book, base), count, scratch),
+        (true, History::Rotated) => V::carry::<2>(field, (book, base), count, scratch),
     }
 }
 
@@ -455,6 +525,7 @@ fn sweep_planes<V: Version, K: Kind>(
         (true, false) => V::approach_planes::<true, false>(field, pairs, count, scratch),
         (true, true) => V::approach_planes::<true, true>(field, pairs, count, scratch),
     }
+    follow::<V, K>(field, (&*book.0, book.1), pairs.first.len(), scratch);
     V::answer::<K>(field, pairs, book, scratch);
     match (K::FRICTION, moving) {
         (false, false) => V::deliver_planes::<false, false>(pairs, scratch),
@@ -548,8 +619,10 @@ fn approach<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
     let alike = L::splat(setting.alike.map_or(0.0, |(_, radius)| radius));
     let share = L::splat(setting.share);
     let slide_share = L::splat(setting.slide_share);
-    for at in (0..pairs.first.len()).step_by(W) {
-        let (me, them) = (chunk::<W, _>(pairs.first, at), chunk::<W, _>(pairs.second, at));
+    let whole = pairs.first.len() / W;
+    let (first, second) = (groups::<W, _>(pairs.first, whole), groups::<W, _>(pairs.second, whole));
+    for group in 0..whole {
+        let (at, me, them) = (within::<W>(group * W), &first[group], &second[group]);
         let (ours, theirs) = (entries(balls, pairs.block, me), entries(balls, 0, them));
         let mut rows = [L::row(&ZEROS); W];
         for l in 0..W {
@@ -609,6 +682,35 @@ fn nearest<L: Lanes>(way: Triple<L>, edges: &Vec3) -> Triple<L> {
     Triple { x: along(way.x, edges.x), y: along(way.y, edges.y), z: along(way.z, edges.z) }
 }
 
+/// The springs of the last pass turned with their contacts: a sweep of its own, since what waits for a
+/// division here can go on side by side with the next pairs.
+#[inline(always)]
+fn carry<const W: usize, L: Wide<W>, const HISTORY: u8>(
+    field: &Field<'_>,
+    (book, base): (&BookView<'_>, usize),
+    count: usize,
+    scratch: &mut Scratch,
+) {
+    type Way<const HISTORY: u8> = Variant<true, true, 0, HISTORY>;
+    let rule = *field.rule;
+    let whole = count / W;
+    let springs = groups::<W, _>(&book.spring[base..], whole);
+    let normals = if HISTORY == 2 { groups(&book.normal[base..], whole) } else { &[] };
+    for group in 0..whole {
+        let at = within::<W>(group * W);
+        let mut old = Past::none();
+        let mut spins = Triple::zero();
+        old.spring = L::unpack3(&springs[group]);
+        if HISTORY == 2 {
+            old.normal = L::unpack3(&normals[group]);
+            spins = scratch.spins.get(at);
+        }
+        let unit = scratch.unit.get(at);
+        let before = law::carry::<L, Way<HISTORY>>(&rule, unit, spins, &old);
+        scratch.before.set(at, before);
+    }
+}
+
 /// Second sweep: the law; the book's entries begin at `base`.
 #[inline(always)]
 fn answer<const W: usize, L: Wide<W>, K: Kind>(
@@ -619,37 +721,46 @@ fn answer<const W: usize, L: Wide<W>, K: Kind>(
 ) {
     let rule = *field.rule;
     let only = field.setting.only_law().map(|law| Parameters::of(&law));
-    for at in (0..pairs.first.len()).step_by(W) {
-        let entry = base + at;
-        let unit = scratch.unit.get(at);
-        let (mut old, mut spins) = (Past::none(), Triple::zero());
+    let whole = pairs.first.len() / W;
+    let of = |wanted: bool| if wanted { whole } else { 0 };
+    let touching = groups_mut::<W, _>(book.touching, base, whole);
+    let spring = groups_mut::<W, _>(book.spring, base, of(K::FRICTION));
+    let turned = K::FRICTION && K::HISTORY == History::Rotated;
+    let normals = groups_mut::<W, _>(book.normal, base, of(turned));
+    let lag = groups_mut::<W, _>(book.lag, base, of(K::DAMPING));
+    let power = groups_mut::<W, _>(book.power, base, of(K::FRICTION && K::DAMPING));
+    for group in 0..whole {
+        let at = within::<W>(group * W);
+        let mut old = Past::none();
+        let mut before = Triple::zero();
         if K::FRICTION {
-            old.spring = L::unpack3(chunk(book.spring, entry));
-            if K::HISTORY == History::Rotated {
-                old.normal = L::unpack3(chunk(book.normal, entry));
-                spins = scratch.spins.get(at);
-            }
+            before = scratch.before.get(at);
         }
         if K::DAMPING {
-            old.lag = L::load(chunk(book.lag, entry));
+            old.lag = L::load(&lag[group]);
             if K::FRICTION {
-                old.power = L::load_single(chunk(book.power, entry));
+                old.power = L::load_single(&power[group]);
             }
         }
-        let velocity = scratch.velocity.get(at);
-        let approach = Approach { normal: unit, overlap: scratch.overlap.get(at), velocity, spins };
+        let approach = Approach {
+            normal: scratch.unit.get(at),
+            overlap: scratch.overlap.get(at),
+            velocity: scratch.velocity.get(at),
+            spins: Triple::zero(),
+        };
         let law = match &only {
             Some(law) => *law,
             None => gathered(field, pairs, at),
         };
         let bits = scratch.touches[at];
         let Response { normal, tangent, past, taken } =
-            respond::<L, K>(&rule, &law, &approach, L::mask(bits), &old);
-        *chunk_mut::<W, bool>(book.touching, entry) = *chunk(&ANSWERS[bits as usize], 0);
+            respond::<L, K>(&rule, &law, &approach, L::mask(bits), (&old, before));
+        touching[group] = *chunk(&ANSWERS[bits as usize], 0);
+        let unit = approach.normal;
         if K::FRICTION {
-            L::pack3(past.spring, chunk_mut(book.spring, entry));
+            L::pack3(past.spring, &mut spring[group]);
             if K::HISTORY == History::Rotated {
-                L::pack3(past.normal, chunk_mut(book.normal, entry));
+                L::pack3(past.normal, &mut normals[group]);
             }
             scratch.push.set(at, unit * normal + tangent);
             scratch.couple.set(at, unit.cross(tangent));
@@ -657,9 +768,9 @@ fn answer<const W: usize, L: Wide<W>, K: Kind>(
             scratch.push.set(at, unit * normal);
         }
         if K::DAMPING {
-            past.lag.store(chunk_mut(book.lag, entry));
+            past.lag.store(&mut lag[group]);
             if K::FRICTION {
-                past.power.store_single(chunk_mut(book.power, entry));
+                past.power.store_single(&mut power[group]);
             }
         }
         for (sums, taken) in scratch.sums.iter_mut().zip(taken) {
@@ -676,8 +787,10 @@ fn deliver<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
     scratch: &mut Scratch,
 ) {
     let zero = L::splat(0.0);
-    for at in (0..pairs.first.len()).step_by(W) {
-        let (me, seats) = (chunk::<W, _>(pairs.first, at), chunk::<W, _>(pairs.seats, at));
+    let whole = pairs.first.len() / W;
+    let (first, seats) = (groups::<W, _>(pairs.first, whole), groups::<W, _>(pairs.seats, whole));
+    for group in 0..whole {
+        let (at, me, seats) = (within::<W>(group * W), &first[group], &seats[group]);
         let push: Triple<L> = scratch.push.get(at);
         let (mut turn, mut back) = (Triple::zero(), Triple::zero());
         if SPINS > 0 {

@@ -10,6 +10,9 @@
 //! O(N) a step; cannot fail.
 
 use super::crew::Crew;
+#[cfg(target_arch = "x86_64")]
+use super::lanes::Four;
+use super::lanes::{Plain, Wide};
 use super::setting::Setting;
 use super::state::{Ball, Lights, Load, State};
 use super::turn;
@@ -121,58 +124,75 @@ fn move_alone(setting: &Setting<'_>, state: &mut State, crew: &Crew, leap: &Leap
     flocks.iter().any(|flock| flock.far)
 }
 
-/// [`fly_any`] as this processor does it fastest.
+/// Kicks and moves a flock.
 fn fly(setting: &Setting<'_>, lights: &Lights, flock: &mut Flock<'_>, leap: &Leap) {
+    let inside = go(setting, lights, flock, leap);
+    if !inside {
+        let mut alone = flock.balls.iter().zip(flock.built).filter(|(ball, _)| ball.alone);
+        flock.far = !alone.all(|(ball, built)| within(&(ball.place - built), leap.square));
+    }
+}
+
+/// [`go_by`] with the lanes that this processor has.
+fn go(setting: &Setting<'_>, lights: &Lights, flock: &mut Flock<'_>, leap: &Leap) -> bool {
     #[cfg(target_arch = "x86_64")]
     if is_x86_feature_detected!("avx2") {
         #[target_feature(enable = "avx2")]
-        fn inner(setting: &Setting<'_>, lights: &Lights, flock: &mut Flock<'_>, leap: &Leap) {
-            fly_any(setting, lights, flock, leap);
+        fn with_avx2(
+            setting: &Setting<'_>,
+            lights: &Lights,
+            flock: &mut Flock<'_>,
+            leap: &Leap,
+        ) -> bool {
+            go_by::<Four>(setting, lights, flock, leap)
         }
         // SAFETY: the processor has what the function asks for.
-        return unsafe { inner(setting, lights, flock, leap) };
+        return unsafe { with_avx2(setting, lights, flock, leap) };
     }
-    fly_any(setting, lights, flock, leap);
+    go_by::<Plain>(setting, lights, flock, leap)
 }
 
+/// Kicks and moves the balls that are bodies by themselves, the three numbers of a vector side by side. True
+/// if all stayed in a cube within the sphere that is allowed.
 #[inline(always)]
-fn fly_any(setting: &Setting<'_>, lights: &Lights, flock: &mut Flock<'_>, leap: &Leap) {
-    // One kick or two; four numbers side by side, of which the last means nothing.
-    let second = if leap.owed { 1.0 } else { 0.0 };
-    let four = |v: &Vec3| [v.x, v.y, v.z, 0.0];
-    let (gravity, step, kick) = (four(&setting.gravity), setting.step, leap.kick);
+fn go_by<L: Wide<4>>(
+    setting: &Setting<'_>,
+    lights: &Lights,
+    flock: &mut Flock<'_>,
+    leap: &Leap,
+) -> bool {
+    let (gravity, step, kick) =
+        (L::three(&setting.gravity), L::splat(setting.step), L::splat(leap.kick));
+    // A little less than 1/√3.
+    let edge = L::splat(0.577 * leap.square.sqrt());
     let same = lights.same();
     let light = |slot: usize| same.unwrap_or_else(|| lights.at(slot));
+    let mut inside = L::all(true);
     let fixed = (flock.first..).zip(flock.loads).zip(flock.built);
-    let mut far = false;
     for (ball, ((slot, load), built)) in flock.balls.iter_mut().zip(fixed) {
         if !ball.alone {
             continue;
         }
-        let mass = light(slot).mass;
-        let (force, built) = (four(&load.force), four(built));
-        let (mut velocity, mut place) = (four(&ball.velocity), four(&ball.place));
-        let mut way = [0.0; 4];
-        for l in 0..4 {
-            let gain = (force[l] * mass + gravity[l]) * kick;
-            velocity[l] = velocity[l] + gain * second + gain;
-            place[l] += velocity[l] * step;
-            way[l] = place[l] - built[l];
+        let gain = (L::three(&load.force) * L::splat(light(slot).mass) + gravity) * kick;
+        let mut velocity = L::three(&ball.velocity);
+        if leap.owed {
+            velocity = velocity + gain;
         }
-        ball.velocity = Vec3::new(velocity[0], velocity[1], velocity[2]);
-        ball.place = Vec3::new(place[0], place[1], place[2]);
-        far |= !within(&Vec3::new(way[0], way[1], way[2]), leap.square);
+        velocity = velocity + gain;
+        let place = L::three(&ball.place) + velocity * step;
+        velocity.keep_three(&mut ball.velocity);
+        place.keep_three(&mut ball.place);
+        inside = L::both(inside, (place - L::three(built)).abs().at_most(edge));
     }
-    flock.far |= far;
     for (spin, (slot, load)) in flock.spins.iter_mut().zip((flock.first..).zip(flock.loads)) {
-        let inertia = light(slot).inertia;
-        let (torque, mut turning) = (four(&load.torque), four(spin));
-        for l in 0..4 {
-            let gain = torque[l] * (inertia * kick);
-            turning[l] = turning[l] + gain * second + gain;
+        let gain = L::three(&load.torque) * L::splat(light(slot).inertia * leap.kick);
+        let mut turning = L::three(spin);
+        if leap.owed {
+            turning = turning + gain;
         }
-        *spin = Vec3::new(turning[0], turning[1], turning[2]);
+        (turning + gain).keep_three(spin);
     }
+    L::bits(inside) == 0b1111
 }
 
 fn kick_alone(setting: &Setting<'_>, state: &mut State, span: f64) {

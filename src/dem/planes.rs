@@ -3,7 +3,7 @@
 //!
 //! A plane acts from both sides: its normal is turned towards the centre of the sphere. O(1) a contact; cannot fail.
 
-use super::contacts::{GROUP, Pairs, Scratch, check, chunk, chunk_mut, entries};
+use super::contacts::{GROUP, Pairs, Scratch, check, chunk, chunk_mut, entries, groups, within};
 use super::forces::Field;
 use super::lanes::{Line, Triple, Wide};
 use super::setting::{PlaneNow, wall_spin};
@@ -44,8 +44,10 @@ pub fn approach<const W: usize, L: Wide<W>, const SPINS: bool, const MOVING: boo
 ) {
     check(pairs, field, scratch.pulls.len());
     let Field { balls, spins, planes, .. } = field;
-    for at in (0..pairs.first.len()).step_by(W) {
-        let (me, them) = (chunk::<W, _>(pairs.first, at), chunk::<W, _>(pairs.second, at));
+    let whole = pairs.first.len() / W;
+    let (first, second) = (groups::<W, _>(pairs.first, whole), groups::<W, _>(pairs.second, whole));
+    for group in 0..whole {
+        let (at, me, them) = (within::<W>(group * W), &first[group], &second[group]);
         let (ours, theirs) = (entries(balls, pairs.block, me), entries(&planes.lines, 0, them));
         let mut rows = [L::row(theirs[0]); W];
         for l in 0..W {
@@ -128,8 +130,8 @@ pub fn deliver<const W: usize, L: Wide<W>, const SPINS: bool, const MOVING: bool
     scratch: &mut Scratch,
 ) {
     let zero = L::splat(0.0);
-    for at in (0..pairs.first.len()).step_by(W) {
-        let me = chunk::<W, _>(pairs.first, at);
+    for (group, me) in groups::<W, _>(pairs.first, pairs.first.len() / W).iter().enumerate() {
+        let at = within::<W>(group * W);
         let push: Triple<L> = scratch.push.get(at);
         let mut turn = Triple::zero();
         if SPINS {

@@ -225,6 +225,10 @@ pub trait Wide<const W: usize>: Lanes {
     fn triples(values: [&Vec3; W]) -> Triple<Self>;
     /// `W` sums of two vectors each.
     fn triple_sums(a: [&Vec3; W], b: [&Vec3; W]) -> Triple<Self>;
+    /// The three numbers of a vector, then zeros.
+    fn three(value: &Vec3) -> Self;
+    /// Writes the first three numbers.
+    fn keep_three(self, value: &mut Vec3);
     /// `W` vectors that follow each other.
     fn unpack3(values: &[Vec3; W]) -> Triple<Self>;
     /// Writes them.

@@ -122,6 +122,14 @@ impl Wide<4> for Plain {
         Self::triples(a) + Self::triples(b)
     }
     #[inline(always)]
+    fn three(value: &Vec3) -> Self {
+        Self([value.x, value.y, value.z, 0.0])
+    }
+    #[inline(always)]
+    fn keep_three(self, value: &mut Vec3) {
+        *value = Vec3::new(self.0[0], self.0[1], self.0[2]);
+    }
+    #[inline(always)]
     fn unpack3(values: &[Vec3; 4]) -> Triple<Self> {
         Self::triples(values.each_ref())
     }

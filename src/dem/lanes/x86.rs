@@ -225,6 +225,19 @@ impl Wide<4> for Four {
         Triple { x: Self(x), y: Self(y), z: Self(z) }
     }
     #[inline(always)]
+    fn three(value: &Vec3) -> Self {
+        Self(three(value))
+    }
+    #[inline(always)]
+    fn keep_three(self, value: &mut Vec3) {
+        let at = value.as_mut_ptr();
+        // SAFETY: see above; two numbers and one.
+        unsafe {
+            _mm_storeu_pd(at, _mm256_castpd256_pd128(self.0));
+            _mm_store_sd(at.add(2), _mm256_extractf128_pd::<1>(self.0));
+        }
+    }
+    #[inline(always)]
     fn unpack3(values: &[Vec3; 4]) -> Triple<Self> {
         let at = values.as_ptr().cast::<f64>();
         // SAFETY: see above; four vectors are twelve numbers.
@@ -490,6 +503,16 @@ impl Wide<8> for Eight {
                 _mm256_add_pd(masked(a[7]), masked(b[7])),
             ])
         }
+    }
+    #[inline(always)]
+    fn three(value: &Vec3) -> Self {
+        // SAFETY: see above; the mask keeps the read within the vector.
+        Self(unsafe { _mm512_maskz_loadu_pd(0b111, value.as_ptr()) })
+    }
+    #[inline(always)]
+    fn keep_three(self, value: &mut Vec3) {
+        // SAFETY: see above.
+        unsafe { _mm512_mask_storeu_pd(value.as_mut_ptr(), 0b111, self.0) }
     }
     #[inline(always)]
     fn unpack3(values: &[Vec3; 8]) -> Triple<Self> {
