@@ -413,15 +413,21 @@ fn all<V: Version, K: Kind>(
     scratch.pulls.resize(part.loads.len() + part.strangers.len(), ZEROS);
     sweeps::<V, K>(field, pairs, &mut part.book, scratch);
     sweeps::<V, K>(field, planes, &mut part.planes, scratch);
-    let loads = part.loads.iter_mut().chain(part.strangers.iter_mut());
-    for (load, pull) in loads.zip(&mut scratch.pulls) {
-        // Zeros for the next block, while the line is at hand.
-        let Line([a, b, c, _, d, e, f, _]) = std::mem::replace(pull, ZEROS);
-        *load = Load { force: Vec3::new(a, b, c), torque: Vec3::new(d, e, f) };
-    }
+    let (own, away) = scratch.pulls.split_at_mut(part.loads.len());
+    take(part.loads, own);
+    take(part.strangers, away);
     let [normal_dashpot, tangential_dashpot, slip] = scratch.sums.map(|sums| sums.iter().sum());
     let wall_power = scratch.power.iter().sum();
     Tally { normal_dashpot, tangential_dashpot, slip, wall_power, ..Tally::default() }
+}
+
+/// Hands over what was summed, and leaves zeros for the next block while the lines are at hand.
+fn take(loads: &mut [Load], pulls: &mut [Line]) {
+    for (load, pull) in loads.iter_mut().zip(pulls) {
+        let Line([a, b, c, _, d, e, f, _]) = *pull;
+        *load = Load { force: Vec3::new(a, b, c), torque: Vec3::new(d, e, f) };
+        *pull = ZEROS;
+    }
 }
 
 /// All pairs, or all planes, with one version.
@@ -812,11 +818,21 @@ fn deliver<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
         for l in 0..W {
             // SAFETY: `check` has looked at both places.
             let pull = unsafe { scratch.pulls.get_unchecked_mut(me[l] as usize) };
-            L::keep(L::sum(L::row(pull), rows[l]), pull);
+            add::<W, L, SPINS>(rows[l], pull);
             // SAFETY: see above.
             let pull = unsafe { scratch.pulls.get_unchecked_mut(seats[l] as usize) };
-            L::keep(L::sum(L::row(pull), against[l]), pull);
+            add::<W, L, SPINS>(against[l], pull);
         }
+    }
+}
+
+/// Adds a row to a line; without friction there are no torques.
+#[inline(always)]
+pub fn add<const W: usize, L: Wide<W>, const SPINS: u8>(row: L::Row, line: &mut Line) {
+    if SPINS > 0 {
+        L::keep(L::sum(L::row(line), row), line);
+    } else {
+        L::add_half(row, line);
     }
 }
 

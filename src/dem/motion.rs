@@ -14,7 +14,7 @@ use super::crew::Crew;
 use super::lanes::Four;
 use super::lanes::{Plain, Wide};
 use super::setting::Setting;
-use super::state::{Ball, Lights, Load, State};
+use super::state::{Ball, Lightness, Lights, Load, Solid, State};
 use super::turn;
 use crate::model::Scheme;
 use crate::num::Vec3;
@@ -44,22 +44,28 @@ pub fn advance(setting: &Setting<'_>, state: &mut State, crew: &Crew, owed: bool
     state.step += 1;
     let room = room(setting, state);
     let owed = owed && setting.scheme != Scheme::Yade;
-    let mut far = move_alone(setting, state, crew, &Leap { kick, owed, square: room * room });
+    let square = room * room;
+    let mut far = false;
+    if state.solids.len() < setting.model.bodies.len() {
+        far = move_alone(setting, state, crew, &Leap { kick, owed, square });
+    }
     if owed {
         kick_solids(setting, state, kick);
     }
-    if setting.scheme != Scheme::Yade {
-        kick_solids(setting, state, kick);
-    }
-    for index in 0..state.solids.len() {
-        match setting.scheme {
-            Scheme::Yade => move_as_yade(setting, state, index),
-            scheme => drift_solid(setting, state, index, scheme),
+    match setting.scheme {
+        Scheme::Yade => (0..state.solids.len()).for_each(|at| move_as_yade(setting, state, at)),
+        scheme => {
+            kick_solids(setting, state, kick);
+            drift_solids(setting, &mut state.solids, scheme);
         }
     }
-    if !state.solids.is_empty() {
-        let moved = state.balls.iter().zip(&state.built).filter(|(ball, _)| !ball.alone);
-        far |= !moved.map(|(ball, built)| ball.place - built).all(|way| within(&way, room * room));
+    for index in 0..state.solids.len() {
+        state.carry_members(setting, index);
+        let body = &setting.model.bodies[state.solids[index].body as usize];
+        let members = body.first_sphere..body.first_sphere + body.sphere_count;
+        far |= members
+            .map(|sphere| state.slot[sphere as usize] as usize)
+            .any(|slot| !within(&(state.balls[slot].place - state.built[slot]), square));
     }
     far || room <= 0.0
 }
@@ -161,36 +167,53 @@ fn go_by<L: Wide<4>>(
     flock: &mut Flock<'_>,
     leap: &Leap,
 ) -> bool {
+    let first = flock.first;
+    match (lights.same(), leap.owed) {
+        (Some(light), true) => each::<L, true>(setting, |_| light, flock, leap),
+        (Some(light), false) => each::<L, false>(setting, |_| light, flock, leap),
+        (None, true) => each::<L, true>(setting, |at| lights.at(first + at), flock, leap),
+        (None, false) => each::<L, false>(setting, |at| lights.at(first + at), flock, leap),
+    }
+}
+
+/// [`go_by`] with one kick or two.
+#[inline(always)]
+fn each<L: Wide<4>, const OWED: bool>(
+    setting: &Setting<'_>,
+    light: impl Fn(usize) -> Lightness,
+    flock: &mut Flock<'_>,
+    leap: &Leap,
+) -> bool {
     let (gravity, step, kick) =
         (L::three(&setting.gravity), L::splat(setting.step), L::splat(leap.kick));
     // A little less than 1/√3.
     let edge = L::splat(0.577 * leap.square.sqrt());
-    let same = lights.same();
-    let light = |slot: usize| same.unwrap_or_else(|| lights.at(slot));
+    let kicked = |motion: &Vec3, gain: L| {
+        let motion = if OWED { L::three(motion) + gain } else { L::three(motion) };
+        motion + gain
+    };
     let mut inside = L::all(true);
-    let fixed = (flock.first..).zip(flock.loads).zip(flock.built);
-    for (ball, ((slot, load), built)) in flock.balls.iter_mut().zip(fixed) {
+    // One length for the compiler: no access in the loops has a branch.
+    let count = flock.balls.len();
+    let (balls, loads, built) =
+        (&mut flock.balls[..count], &flock.loads[..count], &flock.built[..count]);
+    for at in 0..count {
+        let (ball, load) = (&mut balls[at], &loads[at]);
         if !ball.alone {
             continue;
         }
-        let gain = (L::three(&load.force) * L::splat(light(slot).mass) + gravity) * kick;
-        let mut velocity = L::three(&ball.velocity);
-        if leap.owed {
-            velocity = velocity + gain;
-        }
-        velocity = velocity + gain;
+        let gain = (L::three(&load.force) * L::splat(light(at).mass) + gravity) * kick;
+        let velocity = kicked(&ball.velocity, gain);
         let place = L::three(&ball.place) + velocity * step;
         velocity.keep_three(&mut ball.velocity);
         place.keep_three(&mut ball.place);
-        inside = L::both(inside, (place - L::three(built)).abs().at_most(edge));
+        inside = L::both(inside, (place - L::three(&built[at])).abs().at_most(edge));
     }
-    for (spin, (slot, load)) in flock.spins.iter_mut().zip((flock.first..).zip(flock.loads)) {
-        let gain = L::three(&load.torque) * L::splat(light(slot).inertia * leap.kick);
-        let mut turning = L::three(spin);
-        if leap.owed {
-            turning = turning + gain;
-        }
-        (turning + gain).keep_three(spin);
+    let count = flock.spins.len();
+    let (spins, loads) = (&mut flock.spins[..count], &loads[..count]);
+    for at in 0..count {
+        let gain = L::three(&loads[at].torque) * L::splat(light(at).inertia * leap.kick);
+        kicked(&spins[at], gain).keep_three(&mut spins[at]);
     }
     L::bits(inside) == 0b1111
 }
@@ -222,18 +245,44 @@ fn kick_solids(setting: &Setting<'_>, state: &mut State, span: f64) {
     }
 }
 
-fn drift_solid(setting: &Setting<'_>, state: &mut State, index: usize, scheme: Scheme) {
-    let solid = &mut state.solids[index];
-    let inertia = &setting.model.bodies[solid.body as usize].inertia;
-    solid.place += solid.velocity * setting.step;
-    if scheme.is_richardson() {
-        (solid.turn, solid.spin) =
-            turn::richardson(&solid.turn, inertia, &solid.momentum, setting.step);
-    } else {
-        solid.turn = turn::split(&solid.turn, inertia, &solid.momentum, setting.step);
-        solid.spin = turn::spin(&solid.turn, inertia, &solid.momentum);
+/// Moves and turns all solids.
+fn drift_solids(setting: &Setting<'_>, solids: &mut [Solid], scheme: Scheme) {
+    let step = setting.step;
+    for solid in solids.iter_mut() {
+        solid.place += solid.velocity * step;
+        if scheme.is_richardson() {
+            let inertia = &setting.model.bodies[solid.body as usize].inertia;
+            (solid.turn, solid.spin) =
+                turn::richardson(&solid.turn, inertia, &solid.momentum, step);
+        }
     }
-    state.carry_members(setting, index);
+    if !scheme.is_richardson() {
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2") {
+            #[target_feature(enable = "avx2")]
+            fn with_avx2(setting: &Setting<'_>, solids: &mut [Solid]) {
+                turn_solids::<Four>(setting, solids);
+            }
+            // SAFETY: the processor has what the function asks for.
+            return unsafe { with_avx2(setting, solids) };
+        }
+        turn_solids::<Plain>(setting, solids);
+    }
+}
+
+/// Turns all solids, four at a time; the last group is filled up with its last.
+#[inline(always)]
+fn turn_solids<L: Wide<4>>(setting: &Setting<'_>, solids: &mut [Solid]) {
+    for group in solids.chunks_mut(4) {
+        let last = group.len() - 1;
+        let at = [0, 1.min(last), 2.min(last), last];
+        let (turns, worlds) = (at.map(|l| &group[l].turn), at.map(|l| &group[l].momentum));
+        let inertias = at.map(|l| &setting.model.bodies[group[l].body as usize].inertia);
+        let (turns, spins) = turn::split_four::<L>(turns, inertias, worlds, setting.step);
+        for (solid, (turn, spin)) in group.iter_mut().zip(turns.into_iter().zip(spins)) {
+            (solid.turn, solid.spin) = (turn, spin);
+        }
+    }
 }
 
 fn move_as_yade(setting: &Setting<'_>, state: &mut State, index: usize) {
@@ -252,7 +301,6 @@ fn move_as_yade(setting: &Setting<'_>, state: &mut State, index: usize) {
         (solid.turn, solid.momentum, solid.spin) =
             turn::yade(&solid.turn, &body.inertia, &solid.momentum, &solid.load.torque, step);
     }
-    state.carry_members(setting, index);
 }
 
 /// Applies local damping to the loads of the present pass; returns its power, W.

@@ -3,7 +3,9 @@
 //!
 //! A plane acts from both sides: its normal is turned towards the centre of the sphere. O(1) a contact; cannot fail.
 
-use super::contacts::{GROUP, Pairs, Scratch, check, chunk, chunk_mut, entries, groups, within};
+use super::contacts::{
+    GROUP, Pairs, Scratch, add, check, chunk, chunk_mut, entries, groups, within,
+};
 use super::forces::Field;
 use super::lanes::{Line, Triple, Wide};
 use super::setting::{PlaneNow, wall_spin};
@@ -147,7 +149,11 @@ pub fn deliver<const W: usize, L: Wide<W>, const SPINS: bool, const MOVING: bool
         for l in 0..W {
             // SAFETY: `check` has looked at the places.
             let pull = unsafe { scratch.pulls.get_unchecked_mut(me[l] as usize) };
-            L::keep(L::sum(L::row(pull), rows[l]), pull);
+            if SPINS {
+                add::<W, L, 1>(rows[l], pull);
+            } else {
+                add::<W, L, 0>(rows[l], pull);
+            }
         }
     }
 }

@@ -213,6 +213,8 @@ pub trait Wide<const W: usize>: Lanes {
     fn keep(row: Self::Row, line: &mut Line);
     /// Sum of two lines.
     fn sum(a: Self::Row, b: Self::Row) -> Self::Row;
+    /// Adds the first four numbers of a row to those of a line.
+    fn add_half(row: Self::Row, line: &mut Line);
     /// Difference of two lines.
     fn difference(a: Self::Row, b: Self::Row) -> Self::Row;
     /// Product of two lines, number by number.

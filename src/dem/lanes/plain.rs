@@ -97,6 +97,12 @@ impl Wide<4> for Plain {
         from_fn(|l| a[l] + b[l])
     }
     #[inline(always)]
+    fn add_half(row: [f64; 8], line: &mut Line) {
+        for l in 0..4 {
+            line.0[l] += row[l];
+        }
+    }
+    #[inline(always)]
     fn difference(a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
         from_fn(|l| a[l] - b[l])
     }

@@ -184,6 +184,12 @@ impl Wide<4> for Four {
         unsafe { [_mm256_add_pd(a[0], b[0]), _mm256_add_pd(a[1], b[1])] }
     }
     #[inline(always)]
+    fn add_half(row: Self::Row, line: &mut Line) {
+        let at = line.0.as_mut_ptr();
+        // SAFETY: see above; four of eight numbers.
+        unsafe { _mm256_storeu_pd(at, _mm256_add_pd(_mm256_loadu_pd(at), row[0])) }
+    }
+    #[inline(always)]
     fn difference(a: Self::Row, b: Self::Row) -> Self::Row {
         // SAFETY: see above.
         unsafe { [_mm256_sub_pd(a[0], b[0]), _mm256_sub_pd(a[1], b[1])] }
@@ -455,6 +461,15 @@ impl Wide<8> for Eight {
     fn sum(a: __m512d, b: __m512d) -> __m512d {
         // SAFETY: see above.
         unsafe { _mm512_add_pd(a, b) }
+    }
+    #[inline(always)]
+    fn add_half(row: __m512d, line: &mut Line) {
+        let at = line.0.as_mut_ptr();
+        // SAFETY: see above; four of eight numbers.
+        unsafe {
+            let half = _mm512_castpd512_pd256(row);
+            _mm256_storeu_pd(at, _mm256_add_pd(_mm256_loadu_pd(at), half));
+        }
     }
     #[inline(always)]
     fn difference(a: __m512d, b: __m512d) -> __m512d {
