@@ -917,6 +917,7 @@ fn gathered<const W: usize, L: Wide<W>>(
 
 #[cfg(test)]
 mod tests {
+    use super::super::crew::Crew;
     use super::super::law::{Rule, for_kind};
     use super::super::planes::Planes;
     use super::super::setting::Setting;
@@ -1011,7 +1012,7 @@ mod tests {
             let setting = Setting::new(&model);
             assert_eq!(setting.alike.is_some(), mixed == 1.0);
             let mut state = State::new(&setting);
-            neighbours::rebuild(&setting, &mut state);
+            neighbours::rebuild(&setting, &mut state, &Crew::new(1));
             rests += state.pairs.partner.len() % GROUP;
             assert!(state.planes.partner.len() > GROUP);
             let plain = passes::<Plain>(&setting, &state);

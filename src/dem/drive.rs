@@ -147,7 +147,7 @@ fn start(
     watch: &mut guard::Watch,
     observer: &mut dyn Observer,
 ) -> (State, Option<String>) {
-    neighbours::rebuild(setting, &mut state);
+    neighbours::rebuild(setting, &mut state, &work.crew);
     handover::take_up(setting, &mut state);
     let stopped = watch.look(setting, &state, false);
     let walls = setting.walls.clone();
@@ -198,7 +198,7 @@ fn one_step(
     move_walls(setting, state, (state.step + 1) as f64 * setting.step);
     if motion::advance(setting, state, &work.crew, owed) | lists_are_old(setting, state) {
         work.forget_lists();
-        neighbours::rebuild(setting, state);
+        neighbours::rebuild(setting, state, &work.crew);
     }
     force_pass(setting, state, work, false);
     let owed = !is_due(setting, state.step);
@@ -231,7 +231,7 @@ fn averaged_step(setting: &mut Setting<'_>, state: &mut State, work: &mut Worksp
     move_walls(setting, state, (state.step as f64 + 0.5) * setting.step);
     if averaged_motion::first_half(setting, state) | lists_are_old(setting, state) {
         work.forget_lists();
-        neighbours::rebuild(setting, state);
+        neighbours::rebuild(setting, state, &work.crew);
     }
     force_pass(setting, state, work, false);
     averaged_motion::second_half(setting, state);
