@@ -22,6 +22,7 @@ use super::law::{
 };
 use super::planes;
 use super::state::Load;
+use super::walls::Hit;
 use crate::model::History;
 use crate::num::Vec3;
 use std::array::from_fn;
@@ -86,6 +87,10 @@ pub struct Scratch {
     pub power: [f64; GROUP],
     /// Velocity of the planes, m/s; where they move only.
     pub drift: Triple<Column>,
+    /// Triangles that wait until they fill a sweep.
+    waiting: Waiting,
+    /// Closest points of the triangles near a sphere.
+    pub hits: Vec<Hit>,
     /// Force and torque on each sphere of the block, then on strangers; zeros between blocks.
     pub pulls: Vec<Line>,
 }
@@ -107,6 +112,8 @@ impl Default for Scratch {
             sums: [[0.0; GROUP]; 3],
             power: [0.0; GROUP],
             drift: triple(),
+            waiting: Waiting { first: [0; SWEEP], second: [0; SWEEP], entry: [0; SWEEP], count: 0 },
+            hits: Vec::new(),
             pulls: Vec::new(),
         }
     }
@@ -117,6 +124,184 @@ impl Scratch {
     #[cfg(test)]
     pub fn bytes(&self) -> usize {
         size_of::<Self>() + self.pulls.capacity() * size_of::<Line>()
+    }
+}
+
+/// Who meets in the columns, of triangles.
+#[derive(Debug)]
+struct Waiting {
+    first: [u16; SWEEP],
+    second: [u32; SWEEP],
+    /// Entries of the book.
+    entry: [u32; SWEEP],
+    count: usize,
+}
+
+/// A sphere that touches a triangle, or did at the last pass.
+#[derive(Debug, Clone, Copy)]
+pub struct Spot {
+    /// Place of the sphere in the block.
+    pub first: u16,
+    /// Material of the wall.
+    pub material: u16,
+    /// Entry of the book.
+    pub entry: usize,
+    /// Unit vector from the wall to the centre of the sphere.
+    pub normal: Vec3,
+    /// Overlap, m.
+    pub overlap: f64,
+    /// Lever arm, m.
+    pub arm: f64,
+    /// Velocity of the sphere's contact point relative to the wall, m/s.
+    pub velocity: Vec3,
+    /// Sum of both angular velocities, rad/s.
+    pub spins: Vec3,
+    /// Velocity of the wall, m/s.
+    pub drift: Vec3,
+    /// Whether it touches.
+    pub touches: bool,
+}
+
+impl Triple<Column> {
+    fn put(&mut self, at: usize, value: &Vec3) {
+        (self.x.0[at], self.y.0[at], self.z.0[at]) = (value.x, value.y, value.z);
+    }
+}
+
+/// Answers a triangle, soon: at the latest with [`answer_waiting`].
+pub fn meet<K: Kind>(
+    field: &Field<'_>,
+    spot: &Spot,
+    (block, book): (usize, &mut BookView<'_>),
+    scratch: &mut Scratch,
+) {
+    let at = scratch.waiting.count;
+    scratch.put(at, spot);
+    scratch.waiting.count += 1;
+    if scratch.waiting.count == SWEEP {
+        answer_waiting::<K>(field, (block, book), scratch);
+    }
+}
+
+impl Scratch {
+    fn put(&mut self, at: usize, spot: &Spot) {
+        self.unit.put(at, &spot.normal);
+        self.velocity.put(at, &spot.velocity);
+        self.spins.put(at, &spot.spins);
+        self.drift.put(at, &spot.drift);
+        (self.overlap.0[at], self.arms[0].0[at]) = (spot.overlap, spot.arm);
+        // Gathered to one number for all of a group later.
+        self.touches[at] = u8::from(spot.touches);
+        self.waiting.first[at] = spot.first;
+        self.waiting.second[at] = u32::from(spot.material);
+        self.waiting.entry[at] = spot.entry as u32;
+    }
+}
+
+/// Answers all triangles that wait.
+pub fn answer_waiting<K: Kind>(
+    field: &Field<'_>,
+    (block, book): (usize, &mut BookView<'_>),
+    scratch: &mut Scratch,
+) {
+    if scratch.waiting.count == 0 {
+        return;
+    }
+    #[cfg(target_arch = "x86_64")]
+    {
+        if Eight::is_here() {
+            return waiting::<Eight, K>(field, (block, book), scratch);
+        }
+        if Four::is_here() {
+            return waiting::<Four, K>(field, (block, book), scratch);
+        }
+    }
+    waiting::<Plain, K>(field, (block, book), scratch);
+}
+
+/// [`answer_waiting`] with one version.
+fn waiting<V: Version, K: Kind>(
+    field: &Field<'_>,
+    (block, book): (usize, &mut BookView<'_>),
+    scratch: &mut Scratch,
+) {
+    let Waiting { mut first, second, entry, count } = scratch.waiting;
+    scratch.waiting.count = 0;
+    let whole = count.next_multiple_of(GROUP);
+    // The last group is filled up with forces of 0.
+    for at in count..whole {
+        first[at] = first[0];
+        scratch.touches[at] = 0;
+        for triple in [&mut scratch.unit, &mut scratch.velocity, &mut scratch.spins] {
+            triple.put(at, &Vec3::zeros());
+        }
+        scratch.drift.put(at, &Vec3::zeros());
+        (scratch.overlap.0[at], scratch.arms[0].0[at]) = (0.0, 0.0);
+    }
+    for at in (0..whole).step_by(V::WIDE) {
+        let bits = (0..V::WIDE).map(|l| scratch.touches[at + l] << l).sum();
+        scratch.touches[at] = bits;
+    }
+    let mut kept = Memories::default();
+    let entries = || entry[..count].iter().map(|entry| *entry as usize).enumerate();
+    for (at, entry) in entries() {
+        let past = book.recall::<K>(entry);
+        kept.view().keep::<K>(at, &past);
+    }
+    let pairs = Pairs {
+        block,
+        first: &first[..whole],
+        second: &second[..whole],
+        seats: &[],
+        kind: Second::Faces,
+    };
+    check(pairs, field, scratch.pulls.len());
+    let mut view = kept.view();
+    follow::<V, K>(field, (&view, 0), whole, scratch);
+    V::answer::<K>(field, pairs, (&mut view, 0), scratch);
+    if K::FRICTION {
+        V::deliver_planes::<true, true>(pairs, scratch);
+    } else {
+        V::deliver_planes::<false, true>(pairs, scratch);
+    }
+    for (at, entry) in entries() {
+        book.touching[entry] = kept.touching[at];
+        let past = kept.view().recall::<K>(at);
+        book.keep::<K>(entry, &past);
+    }
+}
+
+/// What the contacts of a sweep remember.
+struct Memories {
+    touching: [bool; SWEEP],
+    spring: [Vec3; SWEEP],
+    lag: [f64; SWEEP],
+    power: [f32; SWEEP],
+    normal: [Vec3; SWEEP],
+}
+
+impl Default for Memories {
+    fn default() -> Self {
+        Self {
+            touching: [false; SWEEP],
+            spring: [Vec3::zeros(); SWEEP],
+            lag: [0.0; SWEEP],
+            power: [0.0; SWEEP],
+            normal: [Vec3::zeros(); SWEEP],
+        }
+    }
+}
+
+impl Memories {
+    fn view(&mut self) -> BookView<'_> {
+        BookView {
+            touching: &mut self.touching,
+            spring: &mut self.spring,
+            lag: &mut self.lag,
+            power: &mut self.power,
+            normal: &mut self.normal,
+            pull: &mut [],
+        }
     }
 }
 
@@ -173,12 +358,23 @@ pub struct Pairs<'a> {
     pub block: usize,
     /// Places of the first spheres in the block.
     pub first: &'a [u16],
-    /// Slots of the second; or numbers of planes.
+    /// What the second are: see [`Second`].
     pub second: &'a [u32],
-    /// Places of the second in the block: its spheres, then strangers; empty with planes.
+    /// Places of the second in the block: its spheres, then strangers; of spheres only.
     pub seats: &'a [u16],
-    /// Whether the partners are planes.
-    pub planes: bool,
+    /// What kind they are.
+    pub kind: Second,
+}
+
+/// What spheres meet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Second {
+    /// Spheres, by their slots.
+    Balls,
+    /// Planes, by their numbers.
+    Planes,
+    /// Triangles, by the material of their wall.
+    Faces,
 }
 
 impl<'a> Pairs<'a> {
@@ -188,8 +384,8 @@ impl<'a> Pairs<'a> {
             block: self.block,
             first: &self.first[from..to],
             second: &self.second[from..to],
-            seats: if self.planes { &[] } else { &self.seats[from..to] },
-            planes: self.planes,
+            seats: if self.kind == Second::Balls { &self.seats[from..to] } else { &[] },
+            kind: self.kind,
         }
     }
 }
@@ -206,14 +402,14 @@ pub struct Part<'a> {
     pub strangers: &'a mut [Load],
 }
 
-/// Answers all pairs whose first sphere is in the block, then its planes: sets its loads and those of
-/// strangers.
+/// Answers all pairs whose first sphere is in the block, then its planes. To be followed by
+/// [`finish`], before which triangles may be answered.
 pub fn block<K: Kind>(
     field: &Field<'_>,
     pairs: [Pairs<'_>; 2],
     part: &mut Part<'_>,
     scratch: &mut Scratch,
-) -> Tally {
+) {
     #[cfg(target_arch = "x86_64")]
     {
         if Eight::is_here() {
@@ -229,6 +425,8 @@ pub fn block<K: Kind>(
 /// The sweeps, compiled for the processors that have the lanes. `SPINS`: 0 without friction, 1
 /// with it, 2 with springs that turn with the contact.
 trait Version {
+    /// Contacts side by side.
+    const WIDE: usize;
     /// Whether this processor has them.
     fn is_here() -> bool;
     /// See [`approach`].
@@ -272,6 +470,8 @@ trait Version {
 macro_rules! version {
     ($lanes:ident, $wide:literal, $($feature:tt)*) => {
         impl Version for $lanes {
+            const WIDE: usize = $wide;
+
             fn is_here() -> bool {
                 true $(&& is_x86_feature_detected!($feature))*
             }
@@ -408,11 +608,15 @@ fn all<V: Version, K: Kind>(
     [pairs, planes]: [Pairs<'_>; 2],
     part: &mut Part<'_>,
     scratch: &mut Scratch,
-) -> Tally {
+) {
     (scratch.sums, scratch.power) = ([[0.0; GROUP]; 3], [0.0; GROUP]);
     scratch.pulls.resize(part.loads.len() + part.strangers.len(), ZEROS);
     sweeps::<V, K>(field, pairs, &mut part.book, scratch);
     sweeps::<V, K>(field, planes, &mut part.planes, scratch);
+}
+
+/// Sets the loads of a block and of strangers; what its contacts took.
+pub fn finish(part: &mut Part<'_>, scratch: &mut Scratch) -> Tally {
     let (own, away) = scratch.pulls.split_at_mut(part.loads.len());
     take(part.loads, own);
     take(part.strangers, away);
@@ -439,7 +643,7 @@ fn sweeps<V: Version, K: Kind>(
 ) {
     let whole = pairs.first.len() / GROUP * GROUP;
     for begin in (0..whole).step_by(SWEEP) {
-        if field.balls.len() > NEAR && !pairs.planes {
+        if field.balls.len() > NEAR && pairs.kind == Second::Balls {
             let next = begin + SWEEP..(begin + 2 * SWEEP).min(whole);
             let ahead = pairs.second.get(next).unwrap_or_default();
             ahead.iter().for_each(|slot| fetch(field, *slot as usize));
@@ -479,7 +683,7 @@ fn sweep<V: Version, K: Kind>(
     book: (&mut BookView<'_>, usize),
     scratch: &mut Scratch,
 ) {
-    if pairs.planes {
+    if pairs.kind == Second::Planes {
         return sweep_planes::<V, K>(field, pairs, count, book, scratch);
     }
     let mixed = field.setting.alike.is_none();
@@ -555,7 +759,10 @@ fn rest<V: Version, K: Kind>(
     }
     let left = pairs.slice(from, pairs.first.len());
     let (first, second) = (filled(left.first), filled(left.second));
-    let seats = if left.planes { [0; GROUP] } else { filled(left.seats) };
+    let seats = match left.kind {
+        Second::Balls => filled(left.seats),
+        _ => [0; GROUP],
+    };
     let pairs = Pairs { first: &first, second: &second, seats: &seats, ..pairs };
     let mut touching = [false; GROUP];
     let (mut spring, mut normal) = ([Vec3::zeros(); GROUP], [Vec3::zeros(); GROUP]);
@@ -849,7 +1056,11 @@ pub fn check(pairs: Pairs<'_>, field: &Field<'_>, pulls: usize) {
     };
     let (first, second) = (usize::from(highest(pairs.first)), highest(pairs.second) as usize);
     assert!(first.max(usize::from(highest(pairs.seats))) < pulls && pairs.block + first < count);
-    assert!(second < if pairs.planes { field.planes.lines.len() } else { count });
+    match pairs.kind {
+        Second::Balls => assert!(second < count),
+        Second::Planes => assert!(second < field.planes.lines.len()),
+        Second::Faces => {}
+    }
 }
 
 /// The values at these places after `from`, which [`check`] has looked at.
@@ -899,9 +1110,10 @@ fn gathered<const W: usize, L: Wide<W>>(
     let mut pairs = [field.setting.pair(0, 0); W];
     for l in 0..W {
         let (one, other) = (&field.balls[list.block + usize::from(me[l])], them[l] as usize);
-        let other = match list.planes {
-            true => field.planes.now[other].material,
-            false => field.balls[other].material,
+        let other = match list.kind {
+            Second::Balls => field.balls[other].material,
+            Second::Planes => field.planes.now[other].material,
+            Second::Faces => other as u16,
         };
         pairs[l] = field.setting.pair(one.material, other);
     }
@@ -918,7 +1130,7 @@ fn gathered<const W: usize, L: Wide<W>>(
 #[cfg(test)]
 mod tests {
     use super::super::crew::Crew;
-    use super::super::law::{Rule, for_kind};
+    use super::super::law::{Book, Rule, for_kind};
     use super::super::planes::Planes;
     use super::super::setting::Setting;
     use super::super::state::{List, State};
@@ -939,6 +1151,7 @@ mod tests {
         };
         let (owners, sides) = (owners(&state.pairs), owners(&state.planes));
         let planes = Planes::new(setting.planes_at(0.0));
+        let mut faces = Book::open(SWEEP + 5, setting.kept);
         let mut bits = Bits::new();
         for _ in 0..3 {
             let field = Field {
@@ -954,20 +1167,27 @@ mod tests {
             };
             let List { partner, book, .. } = &mut state.pairs;
             let seats: Vec<u16> = partner.iter().map(|slot| *slot as u16).collect();
-            let pairs =
-                Pairs { block: 0, first: &owners, second: partner, seats: &seats, planes: false };
+            let pairs = Pairs {
+                block: 0,
+                first: &owners,
+                second: partner,
+                seats: &seats,
+                kind: Second::Balls,
+            };
             let second = &state.planes.partner[..];
-            let sides = Pairs { first: &sides, second, seats: &[], planes: true, ..pairs };
+            let sides = Pairs { first: &sides, second, seats: &[], kind: Second::Planes, ..pairs };
             let (loads, book) = (&mut state.loads[..], book.view());
             let mut part =
                 Part { loads, book, planes: state.planes.book.view(), strangers: &mut [] };
             let mut scratch = Scratch::default();
             let tally = for_kind!(setting.kept, setting.law, K => {
-                all::<V, K>(&field, [pairs, sides], &mut part, &mut scratch)
+                all::<V, K>(&field, [pairs, sides], &mut part, &mut scratch);
+                meet_faces::<V, K>(&field, &mut faces.view(), &mut scratch);
+                finish(&mut part, &mut scratch)
             });
             let loads = state.loads.iter().flat_map(|l| l.force.iter().chain(l.torque.iter()));
             bits.extend(loads.map(|x| x.to_bits()));
-            for book in [&state.pairs.book, &state.planes.book] {
+            for book in [&state.pairs.book, &state.planes.book, &faces] {
                 bits.extend(book.spring.iter().flatten().map(|x| x.to_bits()));
                 bits.extend(book.lag.iter().map(|x| x.to_bits()));
                 bits.extend(book.power.iter().map(|x| u64::from(x.to_bits())));
@@ -981,6 +1201,35 @@ mod tests {
             }
         }
         bits
+    }
+
+    /// More triangles than wait at a time, some of which no longer touch.
+    fn meet_faces<V: Version, K: Kind>(
+        field: &Field<'_>,
+        book: &mut BookView<'_>,
+        scratch: &mut Scratch,
+    ) {
+        for entry in 0..SWEEP + 5 {
+            let ball = &field.balls[entry % 50];
+            let way = ball.velocity + Vec3::new(0.3, 0.1, entry as f64);
+            let spot = Spot {
+                first: (entry % 50) as u16,
+                material: 0,
+                entry,
+                normal: way.normalize(),
+                overlap: ball.velocity.x * 1e-4,
+                arm: ball.radius,
+                velocity: ball.velocity,
+                spins: ball.velocity * 30.0,
+                drift: ball.velocity * 0.1,
+                touches: ball.velocity.x > 0.0,
+            };
+            scratch.put(scratch.waiting.count, &spot);
+            scratch.waiting.count += 1;
+            if scratch.waiting.count == SWEEP || entry == SWEEP + 4 {
+                waiting::<V, K>(field, (0, book), scratch);
+            }
+        }
     }
 
     /// A crowd in motion, dense enough that most listed pairs touch.

@@ -9,7 +9,7 @@
 
 use super::averaged_loops::{self, Buffer};
 use super::averaged_pass::Memory;
-use super::contacts::{self, Scratch};
+use super::contacts::{self, Scratch, Second};
 use super::crew::Crew;
 use super::far::Far;
 use super::law::{BookView, Kind, Rule, Tally, for_kind};
@@ -291,14 +291,14 @@ fn pass<K: Kind>(
                     first: &owners[range.clone()],
                     second: &partner[range.clone()],
                     seats: &seats[range],
-                    planes: false,
+                    kind: Second::Balls,
                 },
                 contacts::Pairs {
                     block: first,
                     first: &at_planes[at.clone()],
                     second: &plane[at],
                     seats: &[],
-                    planes: true,
+                    kind: Second::Planes,
                 },
             ],
             pairs: contacts::Part { loads, book, planes, strangers },
@@ -309,8 +309,9 @@ fn pass<K: Kind>(
     }
     scratch.resize_with(work.crew.size(), Scratch::default);
     work.crew.share(&mut parts, scratch, |part, scratch| {
-        part.tally = contacts::block::<K>(&field, part.lists, &mut part.pairs, scratch);
-        block_faces::<K>(&field, face_list, part);
+        contacts::block::<K>(&field, part.lists, &mut part.pairs, scratch);
+        block_faces::<K>(&field, face_list, part, scratch);
+        part.tally = contacts::finish(&mut part.pairs, scratch);
     });
     let mut total = Tally::default();
     for part in &parts {
@@ -327,16 +328,20 @@ fn pass<K: Kind>(
 }
 
 /// Triangles near the spheres of a block.
-fn block_faces<K: Kind>(field: &Field<'_>, faces: (&[u32], &[u32]), part: &mut Part<'_>) {
-    let mut hits = Vec::new();
+fn block_faces<K: Kind>(
+    field: &Field<'_>,
+    (start, partner): (&[u32], &[u32]),
+    part: &mut Part<'_>,
+    scratch: &mut Scratch,
+) {
+    let (book, base) = (&mut part.faces.0, part.faces.1);
     for slot in part.at_faces {
         let slot = *slot as usize;
-        let load = &mut part.pairs.loads[slot - part.first];
-        let range = faces.0[slot] as usize..faces.0[slot + 1] as usize;
-        let base = range.start - part.faces.1;
-        let (book, tally) = (&mut part.faces.0, &mut part.tally);
-        walls::on_faces::<K>(field, slot, &faces.1[range], base, book, load, tally, &mut hits);
+        let range = start[slot] as usize..start[slot + 1] as usize;
+        let at = (slot, range.start - base);
+        walls::on_faces::<K>(field, at, &partner[range], (part.first, book), scratch);
     }
+    contacts::answer_waiting::<K>(field, (part.first, book), scratch);
 }
 
 /// The pass of the path-averaged scheme.
