@@ -170,7 +170,7 @@ pub struct Reproduce {
     #[arg(long, value_name = "KEY", default_value = "fitted")]
     pub method: String,
     /// For a mesh: largest number of spheres.
-    #[arg(long, value_name = "N", conflicts_with = "error", value_parser = clap::value_parser!(u32).range(2..))]
+    #[arg(long, value_name = "N", conflicts_with = "error", value_parser = clap::value_parser!(u32).range(1..))]
     pub spheres: Option<u32>,
     /// For a mesh: RMS surface distance to reach, as a fraction of the equivalent diameter.
     #[arg(long, value_name = "E")]

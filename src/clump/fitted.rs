@@ -259,7 +259,12 @@ impl Fitted {
         if balls.is_empty() {
             return Err(ClumpError::NoSphere {
                 name: target.solid.name.clone(),
-                advice: "lower `smallest`, or raise `protrusion` or leave it out",
+                advice: match self.protrusion {
+                    None => {
+                        "it is thinner than its smallest sphere: lower `smallest` of `clump.fitted` in a scene"
+                    }
+                    Some(_) => "lower `smallest`, or raise `protrusion` or leave it out",
+                },
             });
         }
         // Inner balls of a plate or blade are small, and so far apart that they may not even hang

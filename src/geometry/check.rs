@@ -75,7 +75,7 @@ pub enum MeshFault {
     },
     /// Several surfaces.
     #[error(
-        "{pieces} pieces: a solid is one connected surface; the second piece has a corner at {}",
+        "{pieces} pieces: a solid is one connected surface (a cavity inside is a second one); the second piece has a corner at {}",
         point(at)
     )]
     Pieces {

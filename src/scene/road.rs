@@ -18,7 +18,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
 /// Why the road ended early.
 #[derive(Debug, thiserror::Error)]
@@ -185,7 +186,8 @@ impl Road {
                 .map_err(|source| FormatError::io(&folder, "write", source))?;
         }
         let done = std::sync::atomic::AtomicU64::new(0);
-        let made: Vec<Option<(Described, Vec<Fact>)>> = in_pool(&self.job, || {
+        let written = Mutex::new(Vec::new());
+        let made = in_pool(&self.job, || {
             draws
                 .par_iter()
                 .map(|draw| {
@@ -194,13 +196,20 @@ impl Road {
                     }
                     let made =
                         grains::made(&self.loaded, draw).map_err(|fault| self.wrong(fault))?;
-                    let made = made.map(|made| self.keep(made)).transpose()?;
+                    let made = made.map(|made| self.keep(made, &written)).transpose()?;
                     let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
                     self.job.report("grains", count, draws.len() as u64);
                     Ok(made)
                 })
                 .collect::<Result<_, _>>()
-        })?;
+        });
+        // A stage that did not end leaves no surfaces behind that look like all of them.
+        if made.is_err() {
+            for path in written.into_inner().unwrap_or_default() {
+                let _ = std::fs::remove_file(path);
+            }
+        }
+        let made: Vec<Option<(Described, Vec<Fact>)>> = made?;
         let (described, facts): (Vec<Option<Described>>, Vec<Vec<Fact>>) = made
             .into_iter()
             .map(|made| made.map_or((None, Vec::new()), |(known, facts)| (Some(known), facts)))
@@ -238,9 +247,16 @@ impl Road {
     }
 
     /// Writes the surface of a grain, and keeps what is smaller.
-    fn keep(&self, made: Made) -> Result<(Described, Vec<Fact>), RoadError> {
+    fn keep(
+        &self,
+        made: Made,
+        written: &Mutex<Vec<PathBuf>>,
+    ) -> Result<(Described, Vec<Fact>), RoadError> {
         let Made { solid, facts } = made;
         let path = self.store.path(&format!("shapes/{}.stl", solid.name));
+        if let Ok(mut written) = written.lock() {
+            written.push(path.clone());
+        }
         format::stl::write(&path, &solid.mesh)?;
         let measures =
             describe(&solid.mesh).map_err(|error| FormatError::file(&path, error.to_string()))?;
@@ -447,5 +463,69 @@ fn in_pool<T: Send>(job: &Job, work: impl FnOnce() -> T + Send) -> T {
     match rayon::ThreadPoolBuilder::new().num_threads(job.threads).build() {
         Ok(pool) => pool.install(work),
         Err(_) => work(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::samples::box_mesh;
+    use crate::num::Vec3;
+
+    const SCENE: &str = r#"
+title = "scans"
+seed = 1
+
+[[grains]]
+name = "scan"
+count = 6
+size = "10 mm"
+shape.files = { folder = "scans" }
+clump.fitted = { spheres = 4 }
+
+[materials.rock]
+density = "2650 kg/m3"
+
+[contact]
+kn = "20 kN/m"
+restitution = 0.4
+friction = 0.5
+
+[container]
+shape.box = { size = ["100 mm", "100 mm", "100 mm"] }
+
+[packing.random]
+tries = 100
+
+[plan]
+duration = "1 ms"
+"#;
+
+    #[test]
+    fn a_bad_file_among_scans_is_named_and_no_surface_is_left() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let scans = folder.path().join("scans");
+        std::fs::create_dir_all(&scans).expect("can be written");
+        let good = box_mesh(Vec3::new(1.0, 2.0, 1.5));
+        let mut open = good.clone();
+        open.triangles.pop();
+        for (name, mesh) in [("a", &good), ("b", &good), ("c", &open)] {
+            format::stl::write(&scans.join(format!("{name}.stl")), mesh).expect("writes");
+        }
+        let scene = folder.path().join("scene.toml");
+        std::fs::write(&scene, SCENE).expect("can be written");
+        let surfaces = || {
+            std::fs::read_dir(folder.path().join("scene.out/shapes"))
+                .map_or(0, |entries| entries.flatten().count())
+        };
+        let mut road = Road::open(&scene, None, Job::quiet()).expect("a good scene");
+        let said = road.solids().err().expect("one file is open").to_string();
+        assert!(said.contains("c.stl") && said.contains("open"), "{said}");
+        assert_eq!(surfaces(), 0);
+        // Once the file is good, so is the scene.
+        format::stl::write(&scans.join("c.stl"), &good).expect("writes");
+        let mut road = Road::open(&scene, None, Job::quiet()).expect("a good scene");
+        assert_eq!(road.solids().expect("all are good").described.len(), 3);
+        assert!(surfaces() > 3);
     }
 }
