@@ -1,17 +1,10 @@
 //! Threads of a run.
 //!
-//! A step has several passes of 50 to 1000 µs, and to wake a thread that sleeps takes up to 50 µs. So helpers that have
-//! nothing to do look for the next pass for a while before they sleep, and whoever shares out a
-//! pass looks for its end for a while.
+//! Helpers sleep between passes. Looking for the next pass in between would save waking them, up to 50 µs, but where other
+//! work wants the processors it costs more than a second thread brings: see `benches/README.md`.
 
-use rayon::{ThreadPool, ThreadPoolBuilder, Yield};
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex};
-
-/// Times that a helper looks for work before it sleeps: some 100 µs.
-const LINGER: u32 = 1500;
-/// Times that the caller looks whether the helpers are done before it sleeps.
-const WAIT: u32 = 3000;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::sync::Mutex;
 
 /// One thread, or several that share out parts of the work. Results must not depend on who does
 /// what: parts write to memory of their own.
@@ -19,15 +12,13 @@ const WAIT: u32 = 3000;
 pub struct Crew {
     /// Threads besides the caller's; none for one thread.
     helpers: Option<ThreadPool>,
-    /// Helpers that are looking for work, or do it.
-    awake: Arc<AtomicUsize>,
 }
 
 impl Crew {
     /// `threads` threads; one where no more can be started.
     pub fn new(threads: usize) -> Self {
         let start = |count| ThreadPoolBuilder::new().num_threads(count).build().ok();
-        Self { helpers: (threads > 1).then(|| start(threads - 1)).flatten(), awake: Arc::default() }
+        Self { helpers: (threads > 1).then(|| start(threads - 1)).flatten() }
     }
 
     /// How many there are.
@@ -65,44 +56,13 @@ impl Crew {
                 }
             }
         };
-        self.keep_awake(helpers, others.len());
-        let busy = AtomicUsize::new(others.len());
         helpers.in_place_scope(|scope| {
             for (number, other) in others.iter_mut().enumerate() {
-                let (work, busy) = (&work, &busy);
-                scope.spawn(move |_| {
-                    work(number + 1, other);
-                    busy.fetch_sub(1, Ordering::Release);
-                });
+                let work = &work;
+                scope.spawn(move |_| work(number + 1, other));
             }
             work(0, mine);
-            for _ in 0..WAIT {
-                if busy.load(Ordering::Acquire) == 0 {
-                    break;
-                }
-                std::hint::spin_loop();
-            }
         });
-    }
-
-    /// Sees to it that the helpers look for work.
-    fn keep_awake(&self, helpers: &ThreadPool, count: usize) {
-        for _ in self.awake.load(Ordering::Relaxed)..count {
-            self.awake.fetch_add(1, Ordering::Relaxed);
-            let awake = Arc::clone(&self.awake);
-            helpers.spawn(move || {
-                let mut idle = 0;
-                while idle < LINGER {
-                    if rayon::yield_now() == Some(Yield::Executed) {
-                        idle = 0;
-                    } else {
-                        idle += 1;
-                        std::hint::spin_loop();
-                    }
-                }
-                awake.fetch_sub(1, Ordering::Relaxed);
-            });
-        }
     }
 }
 

@@ -98,9 +98,7 @@ impl Wide<4> for Plain {
     }
     #[inline(always)]
     fn add_half(row: [f64; 8], line: &mut Line) {
-        for l in 0..4 {
-            line.0[l] += row[l];
-        }
+        line.0.iter_mut().zip(&row[..4]).for_each(|(number, more)| *number += more);
     }
     #[inline(always)]
     fn difference(a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
