@@ -51,6 +51,15 @@ fn spheres_that_come_are_where_our_own_are() {
 }
 
 #[test]
+fn a_piston_meets_spheres_that_come() {
+    for solver in solver::all() {
+        let mut model = rain(Dimension::Three, 3);
+        model.walls[1].motion = slide(-0.2, 0.0, 0.05);
+        agrees(solver, model);
+    }
+}
+
+#[test]
 fn a_run_may_begin_without_any_sphere() {
     for solver in solver::all() {
         agrees(solver, rain(Dimension::Three, 0));

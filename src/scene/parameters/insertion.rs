@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// When, where and how fast the grains of a family come. Places and times are drawn before the run, so that every
-/// code can repeat them.
+/// code can repeat them. Until a grain comes, frames and pictures show it at rest where it will come.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct InsertionParameters {
