@@ -77,6 +77,28 @@ impl BallGrid {
         }
     }
 
+    /// An empty grid with room for balls of these radii [m], so that nothing is moved while they come.
+    pub fn expecting(radii: &[f64]) -> Self {
+        let mut grid = Self::new(radii.iter().copied().fold(f64::INFINITY, f64::min));
+        let mut counts = Vec::new();
+        for &radius in radii {
+            let level = grid.level_of(radius);
+            if counts.len() <= level {
+                counts.resize(level + 1, 0);
+            }
+            counts[level] += 1;
+        }
+        for count in counts {
+            let level = grid.add_level();
+            level.members.reserve_exact(count);
+            level.heads.reserve(count);
+        }
+        grid.centres.reserve_exact(radii.len());
+        grid.radii.reserve_exact(radii.len());
+        grid.next.reserve_exact(radii.len());
+        grid
+    }
+
     /// Number of balls.
     pub fn len(&self) -> usize {
         self.radii.len()
@@ -90,13 +112,11 @@ impl BallGrid {
     /// Adds a ball and returns its number: 0, 1, 2, … in the order of insertion.
     pub fn insert(&mut self, centre: Vec3, radius: f64) -> u32 {
         let number = self.radii.len() as u32;
-        // Balls too large for the last level only make its queries wider.
-        let steps = (2.0 * radius / self.smallest_cell).log2().ceil().clamp(0.0, 63.0) as usize;
-        while self.levels.len() <= steps {
-            let cell = self.smallest_cell * (self.levels.len() as f64).exp2();
-            self.levels.push(Level { cell, ..Level::default() });
+        let place = self.level_of(radius);
+        while self.levels.len() <= place {
+            self.add_level();
         }
-        let level = &mut self.levels[steps];
+        let level = &mut self.levels[place];
         level.largest_radius = level.largest_radius.max(radius);
         level.members.push(number);
         let key = cell_key(cell_of(&centre, level.cell));
@@ -104,6 +124,16 @@ impl BallGrid {
         self.centres.push(centre);
         self.radii.push(radius);
         number
+    }
+
+    fn level_of(&self, radius: f64) -> usize {
+        // Balls too large for the last level only make its queries wider.
+        (2.0 * radius / self.smallest_cell).log2().ceil().clamp(0.0, 63.0) as usize
+    }
+
+    fn add_level(&mut self) -> &mut Level {
+        let cell = self.smallest_cell * (self.levels.len() as f64).exp2();
+        self.levels.push_mut(Level { cell, ..Level::default() })
     }
 
     /// Calls `visit(number, gap)` for every ball whose surface lies nearer than
@@ -189,9 +219,9 @@ pub fn near_pairs(
     mut visit: impl FnMut(u32, u32, f64),
 ) {
     let mut order: Vec<u32> = (0..radii.len() as u32).collect();
-    order.sort_by(|&a, &b| radii[b as usize].total_cmp(&radii[a as usize]).then(a.cmp(&b)));
-    let smallest = order.last().map_or(1.0, |&last| radii[last as usize]);
-    let mut grid = BallGrid::new(smallest);
+    order
+        .sort_unstable_by(|&a, &b| radii[b as usize].total_cmp(&radii[a as usize]).then(a.cmp(&b)));
+    let mut grid = BallGrid::expecting(radii);
     for &i in &order {
         let at = i as usize;
         grid.near(&centres[at], radii[at] + reach(), |found, distance| {

@@ -5,6 +5,14 @@ pub fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
+/// Standard error of the mean of independent values: √(Σ(v − mean)² / (n (n − 1))); `None` for fewer than two.
+pub fn standard_error(values: &[f64]) -> Option<f64> {
+    let middle = mean(values).filter(|_| values.len() > 1)?;
+    let count = values.len() as f64;
+    let squares: f64 = values.iter().map(|v| (v - middle).powi(2)).sum();
+    Some((squares / (count * (count - 1.0))).sqrt())
+}
+
 /// Root of the mean square; `None` for no values.
 pub fn root_mean_square(values: &[f64]) -> Option<f64> {
     (!values.is_empty())
@@ -53,6 +61,14 @@ mod tests {
         let errors: Vec<f64> = steps.iter().map(|h: &f64| 3.0 * h.powi(2)).collect();
         let order = order_of_convergence(&steps, &errors).expect("two or more points");
         assert!((order - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_error_of_a_mean_needs_two_values() {
+        assert_eq!((standard_error(&[]), standard_error(&[3.0])), (None, None));
+        // Deviations ±1 of four values: variance 4/3, over 4 values a third.
+        let error = standard_error(&[1.0, 3.0, 1.0, 3.0]).expect("four");
+        assert!((error - (1.0_f64 / 3.0).sqrt()).abs() < 1e-15);
     }
 
     #[test]

@@ -13,7 +13,8 @@
 //! costs density by about (1 + d/D)^-3; more points make it smaller. Points moved inside by
 //! `inset` give it back, up to touching at d/2, at the price of overlaps up to d. Steps are no
 //! longer than d, so that nothing is jumped over. Points keep d/2 from the walls.
-//! What came out is measured on the true forms, independently of the points.
+//! What came out is measured on the true forms, independently of the points. Sides may repeat, the vertical ones
+//! only without gravity.
 //!
 //! Cost a move: O(near bodies · groups of points), see `points.rs`. Grains without a place are dropped.
 
@@ -24,7 +25,7 @@ use super::points::{Near, Points};
 use super::random::Test;
 use super::walk::{Insertion, Schedule, Wanderers, walk};
 use super::{Grain, Laid, Turn, tally};
-use crate::geometry::{BallGrid, Region, SignedDistance};
+use crate::geometry::{BallGrid, Cell, Region, SignedDistance};
 use crate::num::random::{Stream, direction, stream, uniform};
 use crate::num::units::Length;
 use crate::num::{Fault, Job, Rotation, Vec3};
@@ -170,6 +171,8 @@ impl ControlPoints {
             return Ok(Laid { placements: Vec::new(), dropped: Vec::new(), outcome });
         }
         let (points, covering, distance) = self.prepared(&forms, dimension, seed)?;
+        let reach = points.iter().map(|points| points.radius).fold(0.0, f64::max);
+        super::fits_its_images(region, reach + 0.5 * distance)?;
         let mut bed = Bed::new(self, grains, &forms, region, &points, distance);
         let schedule = Schedule {
             sweeps: u64::from(self.sweeps),
@@ -214,6 +217,8 @@ struct Bed<'a> {
     grains: &'a [Grain<'a>],
     forms: &'a Forms,
     region: &'a Region,
+    /// How space repeats itself.
+    cell: Option<Cell>,
     points: &'a [Points],
     near: Vec<Near>,
     /// Of each form, for the question whether one body holds another whole.
@@ -253,6 +258,7 @@ impl<'a> Bed<'a> {
             grains,
             forms,
             region,
+            cell: region.cell(),
             points,
             near: points.iter().map(|points| Near::new(&points.points, distance)).collect(),
             inside: forms.distinct.iter().map(inside).collect(),
@@ -282,8 +288,17 @@ impl<'a> Bed<'a> {
             || points.points.iter().all(|p| self.region.clearance(&(at.0 + at.1 * p)) >= least)
     }
 
+    /// The place of `other`, or that of its image nearest to `at`.
+    fn seen_from(&self, at: &Place, other: usize) -> Option<Place> {
+        let there = self.places[other]?;
+        Some(match &self.cell {
+            Some(cell) => (at.0 + cell.way(&(there.0 - at.0)), there.1),
+            None => there,
+        })
+    }
+
     fn collide(&self, grain: usize, at: &Place, other: usize) -> bool {
-        let Some(there) = &self.places[other] else { return false };
+        let Some(there) = &self.seen_from(at, other) else { return false };
         let (mine, theirs) = (self.form(grain), self.form(other));
         let reach = self.points[mine].radius + self.points[theirs].radius + self.distance;
         (at.0 - there.0).norm_squared() < reach * reach
@@ -293,11 +308,14 @@ impl<'a> Bed<'a> {
     /// Finds the lists again if a body has moved by half the skin, or came in.
     fn refresh(&mut self, moved: usize) {
         let Some(at) = &self.places[moved] else { return };
-        let far = (at.0 - self.listed_at[moved]).norm_squared() > (0.5 * self.skin).powi(2);
+        let way = at.0 - self.listed_at[moved];
+        let way = self.cell.map_or(way, |cell| cell.way(&way));
+        let far = way.norm_squared() > (0.5 * self.skin).powi(2);
         if !far && !self.stale {
             return;
         }
         let smallest = self.points.iter().map(|p| p.radius).fold(f64::INFINITY, f64::min);
+        let largest = self.points.iter().map(|p| p.radius).fold(0.0, f64::max);
         let mut grid = BallGrid::new(smallest.max(1e-9 * self.skin));
         let mut order = Vec::new();
         for (grain, place) in self.places.iter().enumerate() {
@@ -310,14 +328,22 @@ impl<'a> Bed<'a> {
             let reach = self.points[self.form(grain)].radius + self.distance + self.skin;
             let mut list = std::mem::take(&mut self.neighbours[grain]);
             list.clear();
-            grid.near(&self.listed_at[grain], reach, |number, _| {
-                let other = order[number as usize];
-                if other != grain {
-                    list.push(other as u32);
-                }
-                true
-            });
+            let mut look = |place: &Vec3| {
+                grid.near(place, reach, |number, _| {
+                    let other = order[number as usize];
+                    if other != grain {
+                        list.push(other as u32);
+                    }
+                    true
+                });
+            };
+            let place = self.listed_at[grain];
+            look(&place);
+            if let Some(cell) = &self.cell {
+                cell.images(&place, reach + largest, |way| look(&(place + way)));
+            }
             list.sort_unstable();
+            list.dedup();
             self.neighbours[grain] = list;
         }
         self.stale = false;
@@ -332,7 +358,8 @@ impl<'a> Bed<'a> {
             self.collisions += 1;
             return false;
         }
-        self.places[grain] = Some(at);
+        let home = self.cell.map_or(at.0, |cell| at.0 + cell.home(&at.0));
+        self.places[grain] = Some((home, at.1));
         true
     }
 
@@ -364,7 +391,7 @@ impl<'a> Bed<'a> {
 
     /// True if one body holds the other whole, so that no points are near.
     fn nested(&self, grain: usize, at: &Place, other: usize) -> bool {
-        let Some(there) = &self.places[other] else { return false };
+        let Some(there) = &self.seen_from(at, other) else { return false };
         let holds = |body: usize, place: &Place, point: Vec3| {
             let local = place.1.inverse_transform_vector(&(point - place.0));
             match (&self.forms.shaped(body).form, &self.inside[self.form(body)]) {
@@ -394,7 +421,7 @@ impl Wanderers for Bed<'_> {
         let at = (centre, turn);
         let free = self.clear_of_walls(grain, &at)
             && (0..self.places.len()).all(|other| {
-                let Some(there) = &self.places[other] else { return true };
+                let Some(there) = &self.seen_from(&at, other) else { return true };
                 let reach = self.forms.shaped(grain).radius + self.forms.shaped(other).radius;
                 let apart = (there.0 - at.0).norm_squared() > (reach + self.distance).powi(2);
                 apart || !self.collide(grain, &at, other) && !self.nested(grain, &at, other)
@@ -440,7 +467,9 @@ impl Wanderers for Bed<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::samples::{brute_force, dumbbell, of, room, solid, sphere};
+    use super::super::samples::{
+        brute_force, crossing_solids, dumbbell, of, periodic_room, room, solid, sphere,
+    };
     use super::super::{Method, Packing, pack};
     use super::*;
     use crate::clump::Clump;
@@ -482,6 +511,28 @@ mod tests {
         let packing = lay(&grains, &region, ControlPoints { test: Test::Solid, ..quick(60) }, 2);
         assert!(packing.placements.len() > 2, "{}", packing.outcome);
         assert!(packing.outcome.contains("no two bodies overlap"), "{}", packing.outcome);
+    }
+
+    #[test]
+    fn true_shapes_lie_across_sides_that_repeat() {
+        let (clump, solid) = solid(l_mesh().mapped(|v| v * 0.1));
+        let edge = 6.0
+            * solid.mesh.vertices.iter().map(|v| (v - clump.centroid).norm()).fold(0.0, f64::max);
+        let grains = vec![Grain { clump: &clump, solid: Some(&solid), family: 0 }; 24];
+        // Sides of which no whole number of cells fits both.
+        let region = periodic_room(&[edge, 1.137 * edge, 2.0 * edge], [true, true, false]);
+        let packing = lay(&grains, &region, ControlPoints { test: Test::Solid, ..quick(60) }, 2);
+        assert!(packing.placements.len() > 12, "{}", packing.outcome);
+        assert!(packing.outcome.contains("no two bodies overlap"), "{}", packing.outcome);
+        assert_eq!(crossing_solids(&packing, &solid, &clump, &region), 0, "{}", packing.outcome);
+        let high =
+            |axis: usize| packing.placements.iter().map(|p| p.position[axis]).fold(0.0, f64::max);
+        assert!(high(0) > 0.9 * edge && high(1) > 0.9 * 1.137 * edge && high(2) < 1.9 * edge);
+        let tight = periodic_room(&[0.65 * edge, edge, edge], [true, false, false]);
+        let method = Method::ControlPoints(ControlPoints { test: Test::Solid, ..quick(60) });
+        let refused =
+            pack(&grains, &[], &tight, &method, 1, &Job::quiet()).expect_err("meets itself");
+        assert!(refused.to_string().contains("too short along x"), "{refused}");
     }
 
     #[test]

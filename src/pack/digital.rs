@@ -105,7 +105,7 @@ impl Digital {
             let outcome = "no grain was asked for".to_owned();
             return Ok(Laid { placements: Vec::new(), dropped: Vec::new(), outcome });
         }
-        let edge = forms.smallest() / f64::from(self.cells);
+        let edge = Lattice::edge(region, forms.smallest() / f64::from(self.cells));
         let needed = Lattice::cells_needed(region, edge);
         if needed > MOST_CELLS {
             let problem = format!("is {}, which needs {needed:.2e} cells", self.cells);
@@ -191,7 +191,7 @@ impl Bed<'_> {
             return;
         }
         let Some(placed) = &mut self.placed[grain] else { return };
-        let to = [0, 1, 2].map(|axis| placed.at[axis] + step[axis]);
+        let to = self.lattice.home([0, 1, 2].map(|axis| placed.at[axis] + step[axis]));
         self.lattice.give(&placed.cells, placed.at);
         if self.lattice.is_free(&placed.cells, to) {
             placed.at = to;
@@ -226,7 +226,11 @@ impl Wanderers for Bed<'_> {
         let mut at = [0; 3];
         for (axis, place) in at.iter_mut().enumerate().take(dimension) {
             let (low, high) = cells.extent(axis);
-            let (mut first, last) = (1 - low, self.lattice.size[axis] - 1 - high);
+            let size = self.lattice.size[axis];
+            let (mut first, last) = match self.lattice.periodic[axis] {
+                true => (0, size - 1),
+                false => (1 - low, size - 1 - high),
+            };
             if axis == dimension - 1 && self.parameters.insertion == Insertion::Top {
                 let deep = (self.layer.ceil() as i32 - (high - low)).max(0);
                 first = first.max(last - deep);
@@ -263,7 +267,9 @@ impl Wanderers for Bed<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::samples::{brute_force, dumbbell, of, room, solid, sphere};
+    use super::super::samples::{
+        brute_force, crossing_solids, dumbbell, of, periodic_room, room, solid, sphere,
+    };
     use super::super::{Method, Packing, pack};
     use super::*;
     use crate::clump::Clump;
@@ -324,6 +330,29 @@ mod tests {
         let packing = lay(&grains, &region, parameters, 2);
         assert!(packing.placements.len() > 2, "{}", packing.outcome);
         assert!(packing.outcome.contains("no two bodies overlap"), "{}", packing.outcome);
+    }
+
+    #[test]
+    fn true_shapes_lie_across_sides_that_repeat() {
+        let (clump, solid) = solid(l_mesh().mapped(|v| v * 0.1));
+        let edge = 4.05
+            * solid.mesh.vertices.iter().map(|v| (v - clump.centroid).norm()).fold(0.0, f64::max);
+        let grains = vec![Grain { clump: &clump, solid: Some(&solid), family: 0 }; 24];
+        // Sides of which no whole number of cells fits both.
+        let region = periodic_room(&[edge, 1.137 * edge, 2.0 * edge], [true, true, false]);
+        let packing =
+            lay(&grains, &region, Digital { test: Test::Solid, cells: 8, ..touched(60) }, 2);
+        assert!(packing.placements.len() > 12, "{}", packing.outcome);
+        assert!(packing.outcome.contains("no two bodies overlap"), "{}", packing.outcome);
+        assert_eq!(crossing_solids(&packing, &solid, &clump, &region), 0, "{}", packing.outcome);
+        let high =
+            |axis: usize| packing.placements.iter().map(|p| p.position[axis]).fold(0.0, f64::max);
+        assert!(high(0) > 0.9 * edge && high(1) > 0.9 * 1.137 * edge && high(2) < 1.9 * edge);
+        let tight = periodic_room(&[0.9 * edge, edge, edge], [true, false, false]);
+        let method = Method::Digital(Digital { test: Test::Solid, cells: 8, ..touched(60) });
+        let refused =
+            pack(&grains, &[], &tight, &method, 1, &Job::quiet()).expect_err("meets itself");
+        assert!(refused.to_string().contains("too short along x"), "{refused}");
     }
 
     #[test]

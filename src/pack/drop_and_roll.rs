@@ -8,7 +8,7 @@
 //! contact (n_k · v ≥ 0). Free fall onto balls is exact; rolling goes in steps of a tenth of the radius, each put back
 //! onto its contacts by Newton's rule, the last one cut where the next contact begins. So any container serves.
 //! A ball rests when gravity lies in the cone of its contacts: three in three dimensions, two in two,
-//! or the floor; hence 6 (4) contacts a ball on average by construction. Each ball rests for ever: no inertia, no
+//! or the floor; hence 6 (4) contacts a ball on average by construction. Level sides may repeat. Each ball rests for ever: no inertia, no
 //! rearrangement, no friction. Clumps fall as their bounding spheres.
 //!
 //! Cost about 50 steps a ball, each with one search for near balls. Memory O(balls). A grain that finds the way in
@@ -173,8 +173,8 @@ impl Bed<'_> {
         for _ in 0..tries {
             let mut centre = Vec3::zeros();
             for axis in (0..self.space.dimension).filter(|&axis| axis != self.up) {
-                centre[axis] =
-                    uniform(source, bounds.low[axis] + radius, bounds.high[axis] - radius);
+                let off = if self.space.periodic[axis] { 0.0 } else { radius };
+                centre[axis] = uniform(source, bounds.low[axis] + off, bounds.high[axis] - off);
             }
             centre[self.up] = highest;
             if self.space.region().is_some() {
@@ -185,7 +185,7 @@ impl Bed<'_> {
                 }
             }
             let free = self.space.clearance(&centre) >= radius * (1.0 - 1e-9)
-                && !self.grid.any_near(&centre, radius);
+                && !self.space.overlaps(&self.grid, &centre, radius, self.largest);
             if free {
                 return Some(centre);
             }
@@ -193,17 +193,26 @@ impl Bed<'_> {
         None
     }
 
-    fn partners(&self, centre: &Vec3, reach: f64, list: &mut Vec<Partner>) {
-        list.clear();
-        self.grid.near(centre, reach, |number, _| {
-            list.push(Partner::Ball(self.balls[number as usize]));
+    /// Calls `visit` for all balls, or images of them, whose surface is nearer to `centre` than `reach`.
+    fn near(&self, centre: &Vec3, reach: f64, mut visit: impl FnMut(Ball)) {
+        self.space.images(centre, reach + self.largest, |image| {
+            self.grid.near(image, reach, |number, _| {
+                let Ball { centre: there, radius } = self.balls[number as usize];
+                visit(Ball { centre: there + (centre - image), radius });
+                true
+            });
             true
         });
+    }
+
+    fn partners(&self, centre: &Vec3, reach: f64, list: &mut Vec<Partner>) {
+        list.clear();
+        self.near(centre, reach, |ball| list.push(Partner::Ball(ball)));
         if self.space.region().is_some() {
             list.push(Partner::Boundary);
             return;
         }
-        for axis in 0..self.space.dimension {
+        for axis in (0..self.space.dimension).filter(|&axis| !self.space.periodic[axis]) {
             list.extend([Partner::Side(axis, 1.0), Partner::Side(axis, -1.0)]);
         }
     }
@@ -254,6 +263,7 @@ impl Bed<'_> {
         let (mut step, mut touched) = (longest, false);
         let mut near = Vec::new();
         for _ in 0..STEPS {
+            centre = self.space.wrap(&centre);
             self.partners(&centre, radius + 4.0 * longest, &mut near);
             let contacts: Vec<(Partner, Vec3)> = near
                 .iter()
@@ -325,8 +335,7 @@ impl Bed<'_> {
     /// How far the ball falls before it meets something new, at most some radii.
     fn free_fall(&self, centre: &Vec3, radius: f64) -> f64 {
         let mut fall = 2.0 * radius.max(self.largest);
-        self.grid.near(centre, radius + fall, |number, _| {
-            let ball = &self.balls[number as usize];
+        self.near(centre, radius + fall, |ball| {
             let apart = centre - ball.centre;
             let height = apart[self.up];
             let (aside, reach) =
@@ -334,7 +343,6 @@ impl Bed<'_> {
             if height > 0.0 && aside < reach {
                 fall = fall.min((height - (reach - aside).sqrt()).max(0.0));
             }
-            true
         });
         if self.space.region().is_none() {
             return fall.min((centre[self.up] - self.space.bounds.low[self.up] - radius).max(0.0));

@@ -40,7 +40,7 @@ pub struct Forms {
 impl Forms {
     /// Forms that all find room in `region`, for the method of the key `method`.
     ///
-    /// Errors: true shapes in two dimensions, grains larger than the container.
+    /// Errors: true shapes in two dimensions, grains larger than the container or half the edge of a periodic box.
     pub fn fitting(
         grains: &[Grain],
         test: Test,
@@ -54,6 +54,8 @@ impl Forms {
         }
         let forms = Self::new(grains, test, region.dimension());
         forms.fit(grains, region)?;
+        let reach = forms.distinct.iter().map(|shaped| shaped.radius).fold(0.0, f64::max);
+        super::fits_its_images(region, reach)?;
         Ok(forms)
     }
 

@@ -31,8 +31,12 @@ pub struct Contacts {
 impl Contacts {
     /// Mean number of other bodies that each of `bodies` bodies touches; 0 for none.
     pub fn coordination(&self, bodies: usize) -> f64 {
-        if bodies == 0 { 0.0 } else { 2.0 * self.pairs.len() as f64 / bodies as f64 }
+        coordination(self.pairs.len(), bodies)
     }
+}
+
+fn coordination(touching: usize, bodies: usize) -> f64 {
+    if bodies == 0 { 0.0 } else { 2.0 * touching as f64 / bodies as f64 }
 }
 
 /// Contacts among spheres: `centres` and `radii` in m, `body[i]` the body that
@@ -49,21 +53,37 @@ pub fn contacts_of(
 ) -> Contacts {
     if let Some(cell) = cell {
         let mean = crate::num::statistics::mean(radii).unwrap_or(0.0);
-        let largest = radii.iter().copied().fold(0.0, f64::max);
-        let reach = 2.0 * largest + gap_tolerance.max(2.0 * mean);
+        let reach = gap_tolerance.max(2.0 * mean);
         let (centres, radii, body) = with_images(centres, radii, body, cell, reach);
         return contacts_of(&centres, &radii, &body, gap_tolerance, None);
     }
+    let mut pairs = Vec::new();
+    let (worst_overlap, least_gap) = each_contact(centres, radii, body, gap_tolerance, |i, j| {
+        let (a, b) = (body[i as usize], body[j as usize]);
+        pairs.push((a.min(b), a.max(b)));
+    });
+    pairs.sort_unstable();
+    pairs.dedup();
+    Contacts { pairs, worst_overlap, least_gap }
+}
+
+/// Calls `visit` once for each pair of spheres of different bodies that touch; the worst overlap and the least gap as
+/// in [`Contacts`].
+fn each_contact(
+    centres: &[Vec3],
+    radii: &[f64],
+    body: &[u32],
+    gap_tolerance: f64,
+    mut visit: impl FnMut(u32, u32),
+) -> (f64, Option<f64>) {
     let mean_diameter = 2.0 * crate::num::statistics::mean(radii).unwrap_or(0.0);
     // The search for the least gap narrows as it finds smaller ones.
     let least = cell::Cell::new(mean_diameter.max(gap_tolerance));
     let (mut found, mut worst_overlap) = (false, 0.0_f64);
-    let mut pairs = Vec::new();
     let reach = || least.get().max(gap_tolerance + 1e-12 * mean_diameter);
     near_pairs(centres, radii, body, reach, |i, j, gap| {
         if gap <= gap_tolerance {
-            let (a, b) = (body[i as usize], body[j as usize]);
-            pairs.push((a.min(b), a.max(b)));
+            visit(i, j);
         }
         if gap < least.get() || !found {
             found = true;
@@ -71,12 +91,11 @@ pub fn contacts_of(
         }
         worst_overlap = worst_overlap.max(-gap / radii[i as usize].min(radii[j as usize]));
     });
-    pairs.sort_unstable();
-    pairs.dedup();
-    Contacts { pairs, worst_overlap, least_gap: found.then(|| least.get()) }
+    (worst_overlap, found.then(|| least.get()))
 }
 
-/// The spheres, each at home, and all their images no farther than `reach` [m] outside the cell, after them.
+/// The spheres, each at home, and after them those images that a sphere of the same size inside the cell may come nearer
+/// to than `reach` [m]: every near pair is there at least once, and small spheres have few images.
 pub fn with_images(
     centres: &[Vec3],
     radii: &[f64],
@@ -88,7 +107,7 @@ pub fn with_images(
     let mut all = (centres.iter().map(home).collect::<Vec<_>>(), radii.to_vec(), body.to_vec());
     for index in 0..centres.len() {
         let centre = all.0[index];
-        cell.images(&centre, reach, |way| {
+        cell.images(&centre, 2.0 * radii[index] + reach, |way| {
             all.0.push(centre + way);
             all.1.push(radii[index]);
             all.2.push(body[index]);
@@ -153,10 +172,22 @@ pub fn measure(placements: &[Placement], grains: &[Grain], region: &Region) -> M
     }
     let bodies = placements.len();
     let gap_tolerance = if bodies == 0 { 0.0 } else { 0.01 * diameters / bodies as f64 };
-    let contacts = contacts_of(&centres, &radii, &body, gap_tolerance, region.cell().as_ref());
+    let (touching, worst_overlap, least_gap) = match region.cell() {
+        // Spheres that are bodies of their own meet once, so that they need only be counted: no list of a million pairs.
+        None if centres.len() == bodies => {
+            let mut touching = 0_usize;
+            let (worst, least) =
+                each_contact(&centres, &radii, &body, gap_tolerance, |_, _| touching += 1);
+            (touching, worst, least)
+        }
+        cell => {
+            let contacts = contacts_of(&centres, &radii, &body, gap_tolerance, cell.as_ref());
+            (contacts.pairs.len(), contacts.worst_overlap, contacts.least_gap)
+        }
+    };
     let container_volume = region.volume();
     let exact = (1.0 - solid / container_volume, 0.0);
-    let (porosity, porosity_error) = if inside && contacts.worst_overlap <= ROUNDING {
+    let (porosity, porosity_error) = if inside && worst_overlap <= ROUNDING {
         exact
     } else {
         sampled_porosity(&centres, &radii, region, 200_000).unwrap_or(exact)
@@ -165,10 +196,10 @@ pub fn measure(placements: &[Placement], grains: &[Grain], region: &Region) -> M
         container_volume,
         porosity,
         porosity_error,
-        coordination: contacts.coordination(bodies),
+        coordination: coordination(touching, bodies),
         gap_tolerance,
-        worst_overlap: contacts.worst_overlap,
-        least_gap: contacts.least_gap,
+        worst_overlap,
+        least_gap,
     }
 }
 
@@ -209,6 +240,35 @@ mod tests {
             prop_assert!((found.worst_overlap - worst).abs() < 1e-12);
             prop_assert!((found.least_gap.expect("dense enough") - least).abs() < 1e-14);
         }
+    }
+
+    #[test]
+    fn contacts_across_sides_that_repeat_are_found_from_the_larger_ball() {
+        let mut source = stream(7, "contacts", 1);
+        let cell = Cell {
+            bounds: crate::geometry::Bounds { low: Vec3::zeros(), high: Vec3::repeat(1.0) },
+            periodic: [true, true, false],
+        };
+        let mut centres: Vec<Vec3> =
+            (0..150).map(|_| Vec3::from_fn(|_, _| uniform(&mut source, 0.0, 1.0))).collect();
+        let mut radii = vec![0.01; 150];
+        // One large ball across an edge, whose small neighbours lie on the other side.
+        (centres[0], radii[0]) = (Vec3::new(0.98, 0.02, 0.5), 0.22);
+        let body: Vec<u32> = (0..150).collect();
+        let tolerance = 0.03;
+        let mut pairs = Vec::new();
+        for i in 0..150_u32 {
+            for j in 0..i {
+                let way = cell.way(&(centres[i as usize] - centres[j as usize]));
+                if way.norm() - radii[i as usize] - radii[j as usize] <= tolerance {
+                    pairs.push((j, i));
+                }
+            }
+        }
+        pairs.sort_unstable();
+        let found = contacts_of(&centres, &radii, &body, tolerance, Some(&cell));
+        assert_eq!(found.pairs, pairs);
+        assert!(pairs.iter().filter(|pair| pair.0 == 0).count() > 8);
     }
 
     #[test]

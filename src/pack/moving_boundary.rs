@@ -29,7 +29,7 @@ pub struct MovingBoundary {
     /// Porosity of the container that sizes are multiplied for, 0.01 to 0.999; default: sizes as they are.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub porosity: Option<f64>,
-    /// Walls that move; default all.
+    /// Walls that move; default all (sides that repeat are no walls).
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sides: Vec<Side>,
     /// Solid fraction at the start, 0.01 to 0.5; default 0.25 (0.4 at most where all find a place).
@@ -69,14 +69,25 @@ impl MovingBoundary {
     }
 
     /// `moves[axis][side]` for each wall.
-    fn moves(&self, dimension: usize) -> Result<[[bool; 2]; 3], Fault> {
-        let mut moves = [[self.sides.is_empty(); 2]; 3];
+    fn moves(&self, dimension: usize, periodic: [bool; 3]) -> Result<[[bool; 2]; 3], Fault> {
+        let mut moves = periodic.map(|repeats| [self.sides.is_empty() && !repeats; 2]);
+        if periodic[..dimension].iter().all(|&repeats| repeats) {
+            return Err(Fault::new(
+                "",
+                "has no wall to move: all sides repeat",
+                "a side that is a wall",
+            ));
+        }
         for (index, side) in self.sides.iter().enumerate() {
             let (axis, high) = side.face(dimension);
             if axis >= dimension {
                 let key = format!("sides[{index}]");
                 let problem = "is a side along z in two dimensions";
                 return Err(Fault::new(key, problem, "x-, x+, y-, y+"));
+            }
+            if periodic[axis] {
+                let key = format!("sides[{index}]");
+                return Err(Fault::new(key, "is a side that repeats", "a side that is a wall"));
             }
             moves[axis][usize::from(high)] = true;
         }
@@ -95,9 +106,9 @@ impl MovingBoundary {
             return Err(here(Fault::new("", "has walls that cannot move", "a box")));
         };
         let dimension = region.dimension();
-        let moves = self.moves(dimension).map_err(here)?;
-        let target = Target::of(grains, region, self.porosity).map_err(here)?;
         let space = Space::of(region);
+        let moves = self.moves(dimension, space.periodic).map_err(here)?;
+        let target = Target::of(grains, region, self.porosity).map_err(here)?;
         let Some(pressed) = self.press(&space, &moves, &target.radii, target.fraction, seed, job)
         else {
             return Err(here(scatter::no_inside()));
@@ -207,6 +218,7 @@ fn evenness(soft: &Soft, moves: &[[bool; 2]; 3], radii: &[f64]) -> (f64, f64) {
     for (centre, radius) in soft.centres.iter().zip(&soft.radii) {
         grid.insert(*centre, *radius);
     }
+    let largest = soft.radii.iter().copied().fold(0.0, f64::max);
     let mut source = stream(0, "pack.evenness", 0);
     let (mut beside, mut middle) = ([0_u32; 2], [0_u32; 2]);
     let nearest_moved = |p: &Vec3| {
@@ -219,7 +231,7 @@ fn evenness(soft: &Soft, moves: &[[bool; 2]; 3], radii: &[f64]) -> (f64, f64) {
     };
     for _ in 0..40_000 {
         let Some(point) = space.sample(&mut source) else { break };
-        let solid = u32::from(grid.any_near(&point, 0.0));
+        let solid = u32::from(space.overlaps(&grid, &point, 0.0, largest));
         if (mean..3.0 * mean).contains(&nearest_moved(&point)) {
             beside = [beside[0] + solid, beside[1] + 1];
         } else if space.clearance(&point) > 3.0 * mean {

@@ -7,13 +7,13 @@
 //! depths a little too small. O(near pairs · points · log triangles).
 //!
 //! The core solid fraction is the share of random points inside a body, among those that
-//! keep two mean diameters from the walls and lie below three quarters of the centres.
+//! keep two mean diameters from the walls and lie below three quarters of the centres (anywhere along an axis that repeats).
 
 use super::forms::{Form, Forms};
 use super::random::Test;
 use super::{Grain, Placement};
 use crate::geometry::distance::sample_surface;
-use crate::geometry::{BallGrid, Collider, Region, SignedDistance};
+use crate::geometry::{BallGrid, Cell, Collider, Region, SignedDistance};
 use crate::num::random::stream;
 use crate::num::{Rotation, Vec3};
 use std::fmt;
@@ -115,20 +115,27 @@ pub fn check(
             .map(|p| forms.shaped(p.grain as usize).radius)
             .fold(f64::INFINITY, f64::min),
     );
+    let largest =
+        placements.iter().map(|p| forms.shaped(p.grain as usize).radius).fold(0.0, f64::max);
+    let cell = region.cell();
     for (index, laid) in placements.iter().enumerate() {
         let grain = laid.grain as usize;
         let (shaped, at) = (forms.shaped(grain), (laid.position, laid.orientation));
         let mine = ready[forms.of[grain] as usize].as_ref();
         report.wall_gap = report.wall_gap.min(to_wall(&shaped.form, mine, &at, region));
-        grid.near(&at.0, shaped.radius * 1.001, |number, _| {
-            let other = &placements[number as usize];
-            let theirs = ready[forms.of[other.grain as usize] as usize].as_ref();
-            let form = &forms.shaped(other.grain as usize).form;
-            let there = (other.position, other.orientation);
-            let (gap, overlap) = between((&shaped.form, mine, &at), (form, theirs, &there));
-            report.least_gap = report.least_gap.min(gap);
-            report.overlapping += usize::from(overlap);
-            true
+        let reach = shaped.radius * 1.001;
+        images(cell.as_ref(), &at.0, reach + largest, |image| {
+            let at = (*image, at.1);
+            grid.near(image, reach, |number, _| {
+                let other = &placements[number as usize];
+                let theirs = ready[forms.of[other.grain as usize] as usize].as_ref();
+                let form = &forms.shaped(other.grain as usize).form;
+                let there = (other.position, other.orientation);
+                let (gap, overlap) = between((&shaped.form, mine, &at), (form, theirs, &there));
+                report.least_gap = report.least_gap.min(gap);
+                report.overlapping += usize::from(overlap);
+                true
+            });
         });
         let number = grid.insert(at.0, shaped.radius);
         debug_assert_eq!(number as usize, index);
@@ -152,10 +159,22 @@ pub fn check(
     let margin = 2.0 * diameters.sum::<f64>() / placements.len().max(1) as f64;
     if let Some(top) = heights.get(heights.len() * 3 / 4) {
         report.core = core(region, margin, *top, seed, |point| {
-            !grid.near(point, 0.0, |number, _| !holds(number, point))
+            let mut solid = false;
+            images(cell.as_ref(), point, largest, |image| {
+                solid = solid || !grid.near(image, 0.0, |number, _| !holds(number, image));
+            });
+            solid
         });
     }
     report
+}
+
+/// Calls `visit` for a place and for its images no farther than `reach` [m] outside a box that repeats.
+fn images(cell: Option<&Cell>, place: &Vec3, reach: f64, mut visit: impl FnMut(&Vec3)) {
+    visit(place);
+    if let Some(cell) = cell {
+        cell.images(place, reach, |way| visit(&(place + way)));
+    }
 }
 
 /// Random points that the core solid fraction is taken from.
@@ -171,6 +190,11 @@ fn core(
     let up = region.dimension() - 1;
     let mut bounds = region.bounds().grown(-margin);
     bounds.high[up] = top;
+    let walls = region.bounds();
+    let repeats = region.cell().map_or([false; 3], |cell| cell.periodic);
+    for axis in (0..=up).filter(|&axis| repeats[axis]) {
+        (bounds.low[axis], bounds.high[axis]) = (walls.low[axis], walls.high[axis]);
+    }
     if (0..=up).any(|axis| bounds.low[axis] >= bounds.high[axis]) {
         return None;
     }

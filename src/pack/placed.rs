@@ -239,8 +239,7 @@ fn accept(placements: &[Placement], grains: &[Grain], region: &Region) -> Result
         }
     }
     if let Some(cell) = region.cell() {
-        let reach = 2.0 * radii.iter().copied().fold(0.0, f64::max);
-        (centres, radii, body) = with_images(&centres, &radii, &body, &cell, reach);
+        (centres, radii, body) = with_images(&centres, &radii, &body, &cell, 0.0);
     }
     let mut worst: Option<(u32, u32, f64)> = None;
     near_pairs(

@@ -109,7 +109,7 @@ fn of_same_volume(clump: &Clump, dimension: usize) -> Clump {
 #[cfg(test)]
 mod tests {
     use super::super::Packing;
-    use super::super::samples::{brute_force, clump, dumbbell, of, room};
+    use super::super::samples::{brute_force, clump, dumbbell, of, periodic_room, room};
     use super::*;
     use crate::geometry::Ball;
     use crate::num::Vec3;
@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     fn clumps_take_the_places_of_spheres_and_come_apart() {
-        for dimension in [2, 3] {
+        for (dimension, repeats) in [(2, false), (3, false), (2, true), (3, true)] {
             let single = if dimension == 2 { 0.045 } else { 0.08 };
             let mut clumps = vec![dumbbell(single, 2.0 * single); 40];
             if dimension == 2 {
@@ -128,7 +128,12 @@ mod tests {
                 clumps.iter_mut().for_each(|clump| clump.volume = volume);
             }
             let grains = of(&clumps);
-            let region = room(&vec![1.0; dimension]);
+            let periodic = [repeats, repeats, repeats && dimension == 3];
+            let region = if repeats {
+                periodic_room(&vec![1.0; dimension], periodic)
+            } else {
+                room(&vec![1.0; dimension])
+            };
             let spheres = RadiusExpansion {
                 porosity: Some(if dimension == 2 { 0.4 } else { 0.6 }),
                 ..RadiusExpansion::default()

@@ -7,9 +7,9 @@
 //! this is not the DEM of a run. O(near pairs of spheres) a step; pairs are found again in each round.
 
 use super::occupied::placed_balls;
+use super::pairs::{Pair, Pairs};
 use super::space::Space;
 use super::{Grain, Placement};
-use crate::geometry::grid::near_pairs;
 use crate::num::{Job, Rotation, Vec3};
 
 const STEP: f64 = 0.5;
@@ -62,18 +62,18 @@ pub fn calm(
     let skin = 0.2 * smallest;
     let longest = 0.25 * skin / f64::from(zero_every);
     let mut end = Calmed { end: "all rounds are used up", rounds: 0, worst: 0.0 };
-    let mut quiet = 0;
+    let (mut quiet, mut pairs) = (0, Pairs::default());
     for round in 0..rounds {
         if job.is_cancelled() {
             end.end = "stopped by the user";
             break;
         }
-        let mut pairs = Vec::new();
-        let visit = |i: u32, j: u32, _| pairs.push((i, j));
-        near_pairs(&balls.centres, &balls.radii, &balls.body, || skin, visit);
+        let home: Vec<Vec3> = balls.centres.iter().map(|centre| space.wrap(centre)).collect();
+        pairs.find(space, &home, &balls.radii, 1.0, skin);
+        pairs.list.retain(|pair| balls.body[pair.i as usize] != balls.body[pair.j as usize]);
         let mut motion = vec![(Vec3::zeros(), Vec3::zeros()); placements.len()];
         for _ in 0..zero_every {
-            let (pushes, worst, unbalanced) = balls.pushes(&pairs, space, placements);
+            let (pushes, worst, unbalanced) = balls.pushes(&pairs.list, space, placements);
             (end.worst, end.rounds) = (worst, round + 1);
             quiet = if unbalanced < 1e-3 { quiet + 1 } else { 0 };
             if worst <= overlap {
@@ -144,7 +144,7 @@ impl Balls {
     /// Forces and torques, the largest overlap, and what is left of the forces over their sum.
     fn pushes(
         &self,
-        pairs: &[(u32, u32)],
+        pairs: &[Pair],
         space: &Space,
         placements: &[Placement],
     ) -> (Vec<Push>, f64, f64) {
@@ -159,9 +159,9 @@ impl Balls {
             push.torque += if planar { Vec3::new(0.0, 0.0, torque.z) } else { torque };
             push.contacts += 1.0;
         };
-        for &(i, j) in pairs {
-            let (i, j) = (i as usize, j as usize);
-            let apart = self.centres[i] - self.centres[j];
+        for pair in pairs {
+            let (i, j) = (pair.i as usize, pair.j as usize);
+            let apart = space.apart(&self.centres[i], &self.centres[j]);
             let distance = apart.norm();
             let depth = self.radii[i] + self.radii[j] - distance;
             if depth > 0.0 {

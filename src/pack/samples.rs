@@ -3,7 +3,7 @@
 use super::{Grain, Packing};
 use crate::clump::Clump;
 use crate::geometry::container::{BoxContainer, Container};
-use crate::geometry::{Ball, Mesh, Region};
+use crate::geometry::{Ball, Collider, Mesh, Region};
 use crate::num::units::Length;
 use crate::num::{Rotation, Vec3};
 use crate::shape::Solid;
@@ -75,6 +75,22 @@ pub fn spheres(packing: &Packing, grains: &[Grain]) -> Vec<(Vec3, f64, usize)> {
         }
     }
     all
+}
+
+/// Pairs of placed solids, all of the same form, that touch or cross each other or an image of each other.
+pub fn crossing_solids(packing: &Packing, solid: &Solid, clump: &Clump, region: &Region) -> usize {
+    let mesh = solid.mesh.mapped(|v| clump.axes.inverse() * (v - clump.centroid));
+    let collider = Collider::new(&mesh, 1.0).expect("triangles");
+    let mut found = 0;
+    for (i, a) in packing.placements.iter().enumerate() {
+        for b in &packing.placements[..i] {
+            let way = b.position - a.position;
+            let way = region.cell().map_or(way, |cell| cell.way(&way));
+            let (at, there) = ((a.position, a.orientation), (a.position + way, b.orientation));
+            found += usize::from(collider.nearer_than(&at, &collider, &there, 0.0));
+        }
+    }
+    found
 }
 
 /// Every pair and every wall, without any grid: the least gap and the least wall clearance.

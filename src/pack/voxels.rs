@@ -7,7 +7,8 @@
 //! the centre line of each row; an edge seen by two triangles is decided by one and
 //! the same number, so a closed surface has no leaks. O(triangles + crossings log crossings).
 //!
-//! The lattice keeps one bit a cell, 64 in a word along x, with a taken rim around.
+//! The lattice keeps one bit a cell, 64 in a word along x, with a taken rim around but where sides repeat: there
+//! cells begin again, after as many whole ones as fit (what is left over stays between the images).
 
 use super::forms::{Form, Shaped};
 use crate::geometry::{Ball, Region};
@@ -235,6 +236,8 @@ pub struct Lattice {
     pub origin: Vec3,
     /// Cells along each axis, the rim included.
     pub size: [i32; 3],
+    /// Axes along which cells begin again, without a rim.
+    pub periodic: [bool; 3],
     /// 2 or 3.
     pub dimension: usize,
     /// Cells that the container leaves free when it is empty.
@@ -253,12 +256,26 @@ impl Lattice {
         (0..region.dimension()).map(|axis| (size[axis] / edge).ceil() + 2.0).product()
     }
 
+    /// The largest edge up to `wanted` [m] of which a whole number fits the longest side that repeats, if any does.
+    pub fn edge(region: &Region, wanted: f64) -> f64 {
+        let lengths = region.cell().map_or(Vec3::repeat(f64::INFINITY), |cell| cell.lengths());
+        let longest =
+            lengths.iter().copied().filter(|length| length.is_finite()).fold(0.0, f64::max);
+        if longest > 0.0 { longest / (longest / wanted - 1e-9).ceil().max(1.0) } else { wanted }
+    }
+
     /// The empty container.
     pub fn new(region: &Region, edge: f64, ownership: Ownership) -> Self {
         let (bounds, dimension) = (region.bounds(), region.dimension());
         let mut size = [1; 3];
         let mut origin = Vec3::zeros();
+        let periodic = region.cell().map_or([false; 3], |cell| cell.periodic);
         for axis in 0..dimension {
+            if periodic[axis] {
+                size[axis] = ((bounds.size()[axis] / edge + 1e-9).floor() as i32).max(1);
+                origin[axis] = bounds.low[axis];
+                continue;
+            }
             let cells = (bounds.size()[axis] / edge - 1e-9).ceil().max(1.0);
             // What does not fill a whole cell is shared by both sides.
             origin[axis] = bounds.centre()[axis] - (0.5 * cells + 1.0) * edge;
@@ -270,7 +287,7 @@ impl Lattice {
         let words = (size[0] as usize).div_ceil(64);
         let rows = size[1] as usize * size[2] as usize;
         let bits = vec![!0; words * rows];
-        let mut lattice = Self { edge, origin, size, dimension, room: 0, words, bits };
+        let mut lattice = Self { edge, origin, size, periodic, dimension, room: 0, words, bits };
         lattice.open(region, ownership);
         lattice
     }
@@ -299,8 +316,8 @@ impl Lattice {
                     }
                     let beyond = region.clearance(&point) - least;
                     // The clearance changes by no more than the way.
-                    let same =
-                        (1 + (beyond.abs() / self.edge).floor() as i32).min(self.size[0] - x);
+                    let same = (1 + (beyond.abs() / self.edge).min(1e6).floor() as i32)
+                        .min(self.size[0] - x);
                     if beyond >= 0.0 {
                         let run = Run { z: 0, y: 0, from: 0, to: same };
                         self.clear_run(&run, [x, y, z]);
@@ -312,39 +329,49 @@ impl Lattice {
         }
     }
 
-    fn row(&self, run: &Run, at: [i32; 3]) -> usize {
-        ((at[2] + run.z) as usize * self.size[1] as usize + (at[1] + run.y) as usize) * self.words
+    /// `at` with coordinates along axes that repeat brought home.
+    pub fn home(&self, at: [i32; 3]) -> [i32; 3] {
+        std::array::from_fn(|axis| match self.periodic[axis] {
+            true => at[axis].rem_euclid(self.size[axis]),
+            false => at[axis],
+        })
+    }
+
+    /// Place of the first word of a row, and the one or two stretches of cells along it (the second may be empty).
+    fn stretches(&self, run: &Run, at: [i32; 3]) -> (usize, [(usize, usize); 2]) {
+        let [x, y, z] = self.home([at[0] + run.from, at[1] + run.y, at[2] + run.z]);
+        let row = (z as usize * self.size[1] as usize + y as usize) * self.words;
+        let (from, to) = (x as usize, (x + run.to - run.from) as usize);
+        let end = if self.periodic[0] { self.size[0] as usize } else { usize::MAX };
+        (row, [(from, to.min(end)), (0, to.saturating_sub(end))])
     }
 
     fn clear_run(&mut self, run: &Run, at: [i32; 3]) {
-        let row = self.row(run, at);
-        let (from, to) = ((at[0] + run.from) as usize, (at[0] + run.to) as usize);
-        for word in from / 64..=(to - 1) / 64 {
-            self.bits[row + word] &= !mask(word, from, to);
+        let (row, stretches) = self.stretches(run, at);
+        for (word, mask) in words(stretches) {
+            self.bits[row + word] &= !mask;
         }
     }
 
     /// True if no cell of `cells`, put at corner `at`, is taken or beyond the rim.
     pub fn is_free(&self, cells: &Cells, at: [i32; 3]) -> bool {
         let inside = (0..3).all(|axis| {
-            at[axis] + cells.low[axis] >= 0 && at[axis] + cells.high[axis] <= self.size[axis]
+            self.periodic[axis]
+                || at[axis] + cells.low[axis] >= 0 && at[axis] + cells.high[axis] <= self.size[axis]
         });
         inside
             && cells.runs.iter().all(|run| {
-                let row = self.row(run, at);
-                let (from, to) = ((at[0] + run.from) as usize, (at[0] + run.to) as usize);
-                (from / 64..=(to - 1) / 64)
-                    .all(|word| self.bits[row + word] & mask(word, from, to) == 0)
+                let (row, stretches) = self.stretches(run, at);
+                words(stretches).all(|(word, mask)| self.bits[row + word] & mask == 0)
             })
     }
 
     /// Takes the cells.
     pub fn take(&mut self, cells: &Cells, at: [i32; 3]) {
         for run in &cells.runs {
-            let row = self.row(run, at);
-            let (from, to) = ((at[0] + run.from) as usize, (at[0] + run.to) as usize);
-            for word in from / 64..=(to - 1) / 64 {
-                self.bits[row + word] |= mask(word, from, to);
+            let (row, stretches) = self.stretches(run, at);
+            for (word, mask) in words(stretches) {
+                self.bits[row + word] |= mask;
             }
         }
     }
@@ -365,6 +392,13 @@ impl Lattice {
         }
         point
     }
+}
+
+/// The words of a row that hold cells of these stretches, with the bits of them.
+fn words(stretches: [(usize, usize); 2]) -> impl Iterator<Item = (usize, u64)> {
+    stretches.into_iter().filter(|(from, to)| to > from).flat_map(|(from, to)| {
+        (from / 64..=(to - 1) / 64).map(move |word| (word, mask(word, from, to)))
+    })
 }
 
 /// Bits of cells `from..to` that lie in this word of a row; `to > from`.

@@ -5,6 +5,7 @@
 //! inside the page; nothing is loaded from anywhere. A section whose data is
 //! absent is absent.
 
+use super::chart::Chart;
 use super::compare::Comparison;
 use super::sections::Sections;
 use super::{ReportError, write_whole};
@@ -43,6 +44,8 @@ pub struct PageInput<'a> {
     pub packing: Option<&'a Packing>,
     /// Run of our own DEM.
     pub ours: Option<&'a Run>,
+    /// Measuring spheres of that run: name and verdict of each, and what they read over time.
+    pub measures: (&'a [[String; 2]], &'a [Chart]),
     /// Runs of other solvers, in the order of `comparison.others`.
     pub others: &'a [Run],
     /// How far they agree.
@@ -89,13 +92,14 @@ mod tests {
     use crate::report::compare::{Tolerances, Twin, compare};
     use crate::report::fixture;
 
-    const IDS: [&str; 11] = [
+    const IDS: [&str; 12] = [
         "verdict",
         "scene",
         "grains",
         "clumps",
         "packing",
         "run",
+        "measures",
         "final",
         "trajectories",
         "cost",
@@ -167,6 +171,10 @@ mod tests {
                 clumps: &clumps,
                 packing: Some(&packing),
                 ours: Some(&ours),
+                measures: (
+                    &[["core".into(), "last 2 frames: porosity 0.4 within 0.1 %".into()]],
+                    &[super::super::curves::heights(&model, &[&ours])],
+                ),
                 others: &others,
                 comparison: Some(&found),
                 missing: &missing,

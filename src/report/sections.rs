@@ -29,6 +29,7 @@ pub(super) struct Sections {
     clumps: Option<Plain>,
     packing: Option<Plain>,
     run: Option<Plain>,
+    measures: Option<Plain>,
     finals: Option<Plain>,
     trajectories: Option<Plain>,
     cost: Option<Plain>,
@@ -88,6 +89,7 @@ impl Sections {
             clumps: clumps(input, shrink)?,
             packing: packing(input, shrink)?,
             run: input.ours.map(|ours| run(ours, own.as_ref())),
+            measures: measures(input),
             finals: finals(input, &runs, shrink)?,
             trajectories: trajectories(input, &runs, own.as_ref()),
             cost: cost(&runs),
@@ -431,6 +433,12 @@ fn packing(input: &PageInput, shrink: usize) -> Result<Option<Plain>, ReportErro
         figures.push(Figure::picture(&picture, "Packing", "Bodies at the start of the run.")?);
     }
     Ok(Some(Plain { facts, figures, ..Plain::default() }))
+}
+
+fn measures(input: &PageInput) -> Option<Plain> {
+    let (verdicts, charts) = input.measures;
+    let figures = charts.iter().filter_map(Figure::chart).collect();
+    (!verdicts.is_empty()).then(|| Plain { facts: verdicts.to_vec(), figures, ..Plain::default() })
 }
 
 /// The model at time 0.

@@ -18,6 +18,7 @@ mod packing;
 pub mod paging;
 pub mod parameters;
 mod preparing;
+pub mod readings;
 pub mod road;
 pub mod running;
 pub mod shipped;

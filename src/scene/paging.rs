@@ -6,6 +6,7 @@ use super::road::{Packed, Road, RoadError};
 use super::store::key;
 use crate::clump::Clump;
 use crate::model::Run;
+use crate::report::chart::Chart;
 use crate::report::page::{PageInput, write_page};
 use crate::shape::Solid;
 
@@ -42,6 +43,9 @@ pub fn write(
         .filter(|clump| clump.fidelity.is_some())
         .cloned()
         .collect();
+    let readings = road.read_measures()?.unwrap_or_default();
+    let (verdicts, charts) = (readings.verdicts(), readings.charts());
+    let charts: Vec<Chart> = charts.into_iter().map(|(_, chart)| chart).collect();
     let commands = [format!("riprap {verb} {}", road.loaded.path.display())];
     let input = PageInput {
         title: &road.loaded.scene.title,
@@ -55,6 +59,7 @@ pub fn write(
         others: compared.map_or(&[], |compared| &compared.others),
         comparison: compared.filter(|c| !c.others.is_empty()).map(|compared| &compared.comparison),
         missing: compared.map_or(&[], |compared| &compared.missing),
+        measures: (&verdicts, &charts),
         commands: &commands,
     };
     write_page(&input, &path).map_err(|error| RoadError::Work(error.to_string()))?;

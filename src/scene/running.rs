@@ -2,9 +2,10 @@
 //! goes on from the last one, and writes what people read.
 
 use super::build::Built;
+use super::readings::{Readings, Row};
 use super::road::{Packed, Road, RoadError};
 use super::store::{self, Running};
-use super::watching::{Row, Watch};
+use super::watching::Watch;
 use crate::dem::{self, Observer};
 use crate::format::{self, FormatError, atomic, particles::Particles};
 use crate::geometry::Region;
@@ -18,6 +19,7 @@ use std::io::{BufRead, BufReader, BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
 
 const FRAMES: &str = "run/frames.bin";
+const MEASURES: &str = "run/measures.json";
 const CHECKPOINT: &str = "run/checkpoint.bin";
 
 /// A checkpoint with what the files held at that time.
@@ -65,7 +67,11 @@ impl Observer for Recorder {
                 key: me.key.clone(),
                 frames_bytes: me.frames.stream_position()?,
                 rows: me.rows.clone(),
-                readings: me.watch.as_ref().map(|watch| watch.rows.clone()).unwrap_or_default(),
+                readings: me
+                    .watch
+                    .as_ref()
+                    .map(|watch| watch.readings.rows.clone())
+                    .unwrap_or_default(),
                 state: state.to_vec(),
             };
             let bytes = postcard::to_stdvec(&saved).map_err(std::io::Error::other)?;
@@ -243,16 +249,26 @@ impl Road {
         if !watch.has_rows() {
             return Ok(());
         }
-        self.store.write(running, "run/measures.csv", |out| watch.csv(out))?;
-        for (name, chart) in watch.charts() {
+        let readings = &watch.readings;
+        self.store.write(running, MEASURES, |out| Ok(serde_json::to_writer(out, readings)?))?;
+        self.store.write(running, "run/measures.csv", |out| readings.csv(out))?;
+        for (name, chart) in readings.charts() {
             if let Some(svg) = chart.svg() {
                 self.store.write(running, name, |out| out.write_all(svg.as_bytes()))?;
             }
         }
-        for verdict in watch.verdicts() {
-            self.job.finished(&verdict);
+        for [name, told] in readings.verdicts() {
+            self.job.finished(&format!("measuring sphere {name}, {told}"));
         }
         Ok(())
+    }
+
+    /// What the measuring spheres of the finished run have read, if the scene has any.
+    pub(super) fn read_measures(&self) -> Result<Option<Readings>, RoadError> {
+        if self.loaded.scene.output.measures.is_empty() {
+            return Ok(None);
+        }
+        Ok(Some(self.store.read_json(MEASURES)?))
     }
 
     fn read_run(&self) -> Result<Run, RoadError> {

@@ -67,7 +67,7 @@ pub fn sphere(model: &mut Model, place: Vec3, radius: f64, density: f64, velocit
 }
 
 /// Equal spheres that fill `share` of a cube of edge 1 m whose sides repeat, at random places without overlap.
-pub fn loose_spheres(count: usize, share: f64, friction: f64) -> Model {
+pub fn loose_spheres(count: usize, share: f64, friction: f64, seed: u64) -> Model {
     let contact = Contact { kn: 1e5, kt: 2.0 / 7.0 * 1e5, cn: 0.0, ct: 0.0, friction };
     let mut model = empty(Scheme::Leapfrog, contact, 2500.0);
     let bounds = Bounds { low: Vec3::zeros(), high: Vec3::repeat(1.0) };
@@ -75,7 +75,7 @@ pub fn loose_spheres(count: usize, share: f64, friction: f64) -> Model {
     model.periodic = Some(Cell { bounds, periodic: [true; 3] });
     let radius = (share / (4.0 / 3.0 * std::f64::consts::PI) / count as f64).cbrt();
     let space = Space::repeating(3, Vec3::repeat(1.0));
-    if let Some((centres, _)) = scatter::apart(&space, &vec![radius; count], 100_000, 1) {
+    if let Some((centres, _)) = scatter::apart(&space, &vec![radius; count], 100_000, seed) {
         for centre in centres {
             sphere(&mut model, centre, radius, 2500.0, Vec3::zeros());
         }

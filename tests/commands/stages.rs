@@ -63,6 +63,29 @@ fn generate_and_reproduce_write_solids_and_clumps() {
 }
 
 #[test]
+fn measuring_spheres_are_read_in_every_snapshot_and_shown_on_the_page() {
+    let probe = "measures = [{ name = \"core\", at = [\"15 mm\", \"15 mm\", \"10 mm\"], radius = \"9 mm\" }]";
+    let bench = Bench::with(&CLUMPS.replace("rows = 20\n", &format!("rows = 20\n{probe}\n")));
+    let ran = bench.ok(&["run", "s.toml"]);
+    assert!(ran.err.contains("measuring sphere core, last 2 frames: porosity"), "{}", ran.err);
+    let table = bench.read("s.out/run/measures.csv");
+    assert!(table.starts_with("t,step,name,volume,porosity,"), "{table}");
+    assert_eq!(table.lines().filter(|line| line.split(',').nth(2) == Some("core")).count(), 5);
+    let readings: serde_json::Value =
+        serde_json::from_slice(&bench.bytes("s.out/run/measures.json")).expect("JSON");
+    let last = &readings["rows"][4]["readings"][0]["porosity"];
+    let row = table.lines().last().expect("rows").split(',').nth(4).expect("porosity");
+    assert_eq!(last.as_f64(), row.parse().ok(), "{table}");
+    let page = bench.read("s.out/report/index.html");
+    assert!(page.contains("<section id=\"measures\">") && page.contains("porosity over time"));
+    // A scene without them has neither the files nor the section.
+    let plain = Bench::with(CLUMPS);
+    plain.ok(&["run", "s.toml"]);
+    assert!(!plain.path("s.out/run/measures.json").exists());
+    assert!(!plain.read("s.out/report/index.html").contains("id=\"measures\""));
+}
+
+#[test]
 fn run_writes_what_it_promises_and_does_nothing_twice() {
     let bench = Bench::with(CLUMPS);
     let first = bench.ok(&["run", "s.toml"]);
