@@ -47,6 +47,11 @@ def whole(at):
     return struct.unpack_from('<q', data, at)[0]
 
 
+def number(at):
+    """Counts and numbers of partners are kept as {% if plain_numbers %}doubles{% else %}whole numbers of 64 bits{% endif %}."""
+    return {% if plain_numbers %}int(struct.unpack_from('<d', data, at)[0]){% else %}whole(at){% endif %}
+
+
 given = set()
 for start, size in block():
     me = whole(start + 8 * 4)
@@ -62,9 +67,9 @@ for start, size in block():
             struct.pack_into('<3d', data, parts[plane{% if contacts_first %} + 1{% endif %}][0] + 8, *x)
             given.add((me, 1, plane))
     at = parts[{% if contacts_first %}0{% else %}-1{% endif %}][0] + 8
-    for k in range(whole(at)):
+    for k in range(number(at)):
         entry = at + 8 + 32 * k  # the partner and its spring
-        other = whole(entry)
+        other = number(entry)
         x = springs.get((me, 0, other))
         if x:
             struct.pack_into('<3d', data, entry + 8, *x)

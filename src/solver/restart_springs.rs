@@ -55,6 +55,7 @@ pub struct Script {
     own: usize,
     tail: usize,
     contacts_first: bool,
+    plain_numbers: bool,
 }
 
 /// How a restart file keeps an atom.
@@ -68,6 +69,8 @@ pub struct Layout {
     pub tail: usize,
     /// Contacts with spheres come before those with walls.
     pub contacts_first: bool,
+    /// Numbers of partners are doubles, not bits of whole numbers.
+    pub plain_numbers: bool,
     /// Whether a wall is a primitive plane of the deck.
     pub is_primitive: fn(&Wall) -> bool,
 }
@@ -75,9 +78,9 @@ pub struct Layout {
 impl Script {
     /// Reads a model.
     pub fn new(model: &Model, layout: Layout) -> Self {
-        let Layout { solver, own, tail, contacts_first, is_primitive } = layout;
+        let Layout { solver, own, tail, contacts_first, plain_numbers, is_primitive } = layout;
         let planes = model.walls.iter().filter(|wall| is_primitive(wall)).count();
-        Self { solver, spheres: model.spheres.len(), planes, own, tail, contacts_first }
+        Self { solver, spheres: model.spheres.len(), planes, own, tail, contacts_first, plain_numbers }
     }
 }
 

@@ -15,7 +15,10 @@ fi
 {%- if springs %}
 # A first start writes the restart file whose contacts springs.py gives their springs.
 export OMPI_MCA_ess_singleton_isolated=1
-$unbuffered "${RIPRAP_LIGGGHTS:-liggghts}" -in in.liggghts -log none || exit 1
+rm -f start.restart springs.restart
+# (`quit` of LIGGGHTS ends with status 1.)
+$unbuffered "${RIPRAP_LIGGGHTS:-liggghts}" -in in.liggghts -log none
+[ -s start.restart ] || exit 1
 python3 springs.py || exit 1
 unset OMPI_MCA_ess_singleton_isolated
 set -- -var springs 1 "$@"

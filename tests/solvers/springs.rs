@@ -140,5 +140,5 @@ fn goes_on_in(solver: &dyn Solver) {
     let Some(theirs) = finished(solver, &with) else { return };
     let far = apart(&theirs, &ours);
     println!("{}: {far:e} radii; without springs {moved:e}", solver.key());
-    assert!(far < 1e-9, "{}: {far:e} radii; without springs {moved:e}", solver.key());
+    assert!(far < 1e-7, "{}: {far:e} radii; without springs {moved:e}", solver.key());
 }

@@ -34,6 +34,7 @@ const LAYOUT: Layout = Layout {
     own: 16,
     tail: 16,
     contacts_first: true,
+    plain_numbers: true,
     is_primitive: Wall::is_primitive,
 };
 

@@ -37,6 +37,7 @@ const LAYOUT: Layout = Layout {
     own: 17,
     tail: 0,
     contacts_first: false,
+    plain_numbers: false,
     is_primitive: values::is_primitive,
 };
 
