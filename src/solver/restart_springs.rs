@@ -80,7 +80,15 @@ impl Script {
     pub fn new(model: &Model, layout: Layout) -> Self {
         let Layout { solver, own, tail, contacts_first, plain_numbers, is_primitive } = layout;
         let planes = model.walls.iter().filter(|wall| is_primitive(wall)).count();
-        Self { solver, spheres: model.spheres.len(), planes, own, tail, contacts_first, plain_numbers }
+        Self {
+            solver,
+            spheres: model.spheres.len(),
+            planes,
+            own,
+            tail,
+            contacts_first,
+            plain_numbers,
+        }
     }
 }
 
