@@ -19,11 +19,12 @@
 use super::ClumpError;
 use super::cover;
 use super::fidelity::distances;
+use super::hollows::{farthest, filled};
 use super::patches::Patches;
 use super::pieces;
-use super::refine::{Fit, Refiner, one_piece};
+use super::refine::{Fit, Refiner};
 use super::reproduce::{Found, Target};
-use crate::geometry::{Ball, Visible, united};
+use crate::geometry::{Ball, united};
 use crate::num::{Fault, Job, MethodEntry, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -41,10 +42,10 @@ pub const ENTRY: MethodEntry = MethodEntry {
 const COARSE: (f64, f64, f64) = (12.0, 800.0, 2400.0);
 /// The same for the fine set: for the refinement.
 const FINE: (f64, f64, f64) = (70.0, 2000.0, 20_000.0);
-/// Most candidate balls.
-const CANDIDATES: usize = 900;
+/// Candidate balls a sphere, and the fewest and most of them.
+const CANDIDATES: (f64, f64, f64) = (45.0, 450.0, 900.0);
 /// Sweeps of a full and of a trial refinement.
-const SWEEPS: usize = 40;
+pub(super) const SWEEPS: usize = 40;
 const TRIAL_SWEEPS: usize = 10;
 /// How far a sphere may stick out where nothing else is said.
 const FREE: f64 = 0.12;
@@ -56,30 +57,19 @@ const INWARD: f64 = 8.0;
 const UNSEEN: f64 = 0.02;
 /// Distance of a surface point from all spheres from which on much is left bare.
 const BARE: f64 = 0.2;
-/// A hollow is deeper than this many times the largest distance of a surface point, and than this
-/// share of the diameter.
-const POCKET: f64 = 1.5;
-const SHALLOW: f64 = 0.02;
-/// Rounds of filling hollows, how deep their creases are to be covered, over the largest distance of
-/// a surface point, and how much the mean square of the distances may rise for it.
-const VOID_ROUNDS: usize = 2;
-const VOID_DEPTH: f64 = 0.2;
-const VOID_PRICE: f64 = 1.25;
-/// What a crease counts for beside the deepest one, over its depth.
-const EACH: f64 = 0.01;
-/// Spheres that are taken inside at most, how many are tried for each, and the radius there over
-/// the depth of the centre.
-const PLUGS: usize = 2;
-const PLUG_TRIALS: usize = 3;
-const PLUG: f64 = 0.9;
 /// Surface points each way when the error is compared with its target.
 const CHECKS: usize = 2000;
+/// Root mean square distance over the diameter from which on fewer spheres are tried too, and how
+/// many fewer: spheres that are far too few for a long or flat solid, but have to hang together, may do worse.
+const POOR: f64 = 0.1;
+const FEWER: usize = 6;
 
 /// Spheres fitted by least squares. Lengths are shares of the solid's equivalent diameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
 pub struct Fitted {
-    /// Most spheres; 1 to 5000, default 20.
+    /// Most spheres; 1 to 5000, default 20. Fewer are used where more come no nearer to the solid (its mesh has
+    /// facets) or, far too few for a long or flat one, come less near because they have to hang together.
     #[serde(default = "default_spheres")]
     pub spheres: usize,
     /// Root mean square distance of the surfaces that is good enough: the fewest spheres that
@@ -160,10 +150,27 @@ impl Fitted {
 
     pub(super) fn find(&self, target: &Target, job: &Job) -> Result<Found, ClumpError> {
         let (Made { balls, matched }, rms) = match self.error {
-            None => (self.fit(target, self.spheres, job)?, None),
+            None => (self.fit_or_fewer(target, job)?, None),
             Some(error) => self.fewest(target, error, job)?,
         };
         Ok(Found { note: self.note(balls.len(), rms, matched), balls })
+    }
+
+    /// The spheres asked for, or fewer where those are nearer.
+    fn fit_or_fewer(&self, target: &Target, job: &Job) -> Result<Made, ClumpError> {
+        let rms = |made: &Made| distances(target, &made.balls, CHECKS).rms() / target.diameter;
+        let mut best = self.fit(target, self.spheres, job)?;
+        // Only few spheres can be that far off a solid that has room for one.
+        if self.spheres > 100 || rms(&best) < POOR {
+            return Ok(best);
+        }
+        for fewer in (1..self.spheres).rev().take(FEWER) {
+            let trial = self.fit(target, fewer, job)?;
+            if rms(&trial) < rms(&best) {
+                best = trial;
+            }
+        }
+        Ok(best)
     }
 
     /// The fewest spheres that reach `error`, and the error that they reach: counts rise by a
@@ -208,7 +215,7 @@ impl Fitted {
             (each * count as f64).clamp(fewest, most) as usize
         };
         let mut coarse = Patches::new(mesh, points(COARSE));
-        let stride = coarse.points.len().div_ceil(CANDIDATES);
+        let stride = coarse.points.len().div_ceil(points(CANDIDATES));
         let at_most = self.protrusion.unwrap_or(f64::INFINITY);
         let mut allowed = (0.4 / count as f64).clamp(0.002, 0.03).min(at_most) * diameter;
         // Even free spheres are held back: far off the surface there are no points to see them.
@@ -242,6 +249,7 @@ impl Fitted {
         fine.add_inner(inner, 0.0);
         let refiner = Refiner {
             patches: &fine,
+            scouts: &coarse,
             power: self.power,
             inner_weight: if self.protrusion.is_none() { 1.0 } else { INWARD },
             smallest,
@@ -283,14 +291,25 @@ impl Fitted {
         self.stop_if_asked(job)?;
         let fit = refiner.sweeps(refiner.assign(balls), SWEEPS);
         let fit = self.relocated(&refiner, fit, &candidates, job)?;
-        let mut balls = filled(&refiner, fit, target, deep).balls;
-        let matched = match self.protrusion {
-            None if self.volume == Volume::Matched => {
-                Some(match_volume(&mut balls, target, smallest))
-            }
-            _ => None,
+        Ok(self.finished(&refiner, fit, target, deep))
+    }
+
+    /// `fit` with its hollows filled, or as it is where that is nearer once the volume is matched, which moves
+    /// all radii.
+    fn finished(&self, refiner: &Refiner, fit: Fit, target: &Target, deep: f64) -> Made {
+        let matched = |mut balls: Vec<Ball>| {
+            let free = self.protrusion.is_none() && self.volume == Volume::Matched;
+            let matched = free.then(|| match_volume(&mut balls, target, refiner.smallest));
+            Made { balls, matched }
         };
-        Ok(Made { balls, matched })
+        let plain = fit.balls.clone();
+        let filled = filled(refiner, fit, target, deep).balls;
+        if filled == plain {
+            return matched(plain);
+        }
+        let (filled, plain) = (matched(filled), matched(plain));
+        let farthest = |made: &Made| farthest(&refiner.assign(made.balls.clone()), refiner, target);
+        if farthest(&filled) < farthest(&plain) { filled } else { plain }
     }
 
     fn relocated(
@@ -331,8 +350,12 @@ impl Fitted {
             Some(false) => ", volume matched as nearly as spheres that hang together allow",
             None => "",
         };
+        let fewer = match self.error {
+            None if count < self.spheres => " (more come no nearer)",
+            _ => "",
+        };
         format!(
-            "fitted (least squares): {count} of at most {} spheres, {place}{volume}, power {}{target}",
+            "fitted (least squares): {count} of at most {} spheres{fewer}, {place}{volume}, power {}{target}",
             self.spheres, self.power
         )
     }
@@ -368,117 +391,6 @@ fn largest_gap(patches: &Patches, balls: &[Ball]) -> f64 {
 fn depth_to_cover(candidates: &[Ball], count: usize) -> f64 {
     let widest = candidates.iter().map(|b| b.radius).fold(0.0, f64::max);
     widest * 0.35 * (20.0 / count as f64).sqrt().min(1.0)
-}
-
-/// `fit` without hollows. No point of the surface sees a hollow that balls enclose, nor the bottom
-/// of a pocket between them, and inner points are too coarse for small ones: it holds next to no
-/// volume, but lies far from the surface of the solid. Every one has creases, where
-/// visible spheres meet; those that lie deep inside, or what is before them, are to be
-/// covered. Thin hollows between many spheres only open elsewhere then: one sphere is taken
-/// inside for them. What lowers the largest distance for little stays.
-fn filled(refiner: &Refiner, fit: Fit, target: &Target, deep: f64) -> Fit {
-    let surface = refiner.patches.normals.len();
-    let largest = |fit: &Fit| fit.gaps[..surface].iter().fold(0.0, |a: f64, gap| a.max(gap.abs()));
-    let rough = largest(&fit);
-    let deep = deep.min(POCKET * rough).max(SHALLOW * target.diameter);
-    let mut found = Hollows::new(&fit, rough, target, deep);
-    let (mut best, mut extra) = (fit, Vec::new());
-    let price = VOID_PRICE * best.cost;
-    for round in 0..VOID_ROUNDS + PLUGS {
-        if found.creases.is_empty() {
-            break;
-        }
-        let trials = if round < VOID_ROUNDS {
-            extra.extend_from_slice(&found.creases);
-            covered(refiner, &best.balls, &extra, rough, target.diameter)
-        } else {
-            plugged(refiner, &best.balls, &found)
-        };
-        for trial in trials {
-            let trial = refiner.assign(trial);
-            let left = Hollows::new(&trial, largest(&trial), target, deep);
-            let holds = one_piece(&trial.balls) || !one_piece(&best.balls);
-            if left.badness < found.badness && trial.cost < price && holds {
-                (best, found) = (trial, left);
-            }
-        }
-    }
-    best
-}
-
-/// Creases of the union that lie deeper inside the solid than they should.
-struct Hollows {
-    creases: Vec<Crease>,
-    /// The largest distance of them and of the surface points, and a little for each, m.
-    badness: f64,
-}
-
-#[derive(Clone, Copy)]
-struct Crease {
-    point: Vec3,
-    /// Out of both spheres.
-    way: Vec3,
-    /// Depth inside the solid, m.
-    depth: f64,
-}
-
-impl Hollows {
-    fn new(fit: &Fit, largest: f64, target: &Target, deep: f64) -> Self {
-        let creases: Vec<Crease> = Visible::new(&fit.balls)
-            .creases()
-            .map(|(point, way)| Crease { point, way, depth: -target.distance.at(&point) })
-            .filter(|crease| crease.depth > deep)
-            .collect();
-        let deepest = creases.iter().map(|c| c.depth).fold(largest, f64::max);
-        let sum: f64 = creases.iter().map(|c| c.depth).sum();
-        Self { badness: deepest + EACH * sum, creases }
-    }
-}
-
-/// Sets refined with creases, or points before them, that must be covered.
-fn covered(
-    refiner: &Refiner,
-    balls: &[Ball],
-    creases: &[Crease],
-    rough: f64,
-    diameter: f64,
-) -> Vec<Vec<Ball>> {
-    let before = |share: f64| creases.iter().map(move |c| c.point + c.way * (share * diameter));
-    let with = |points: Vec<Vec3>, depth: f64| {
-        let mut patches = refiner.patches.clone();
-        patches.add_inner(points, depth);
-        let with_voids = Refiner { patches: &patches, ..*refiner };
-        with_voids.sweeps(with_voids.assign(balls.to_vec()), SWEEPS).balls
-    };
-    vec![
-        with(before(0.0).collect(), VOID_DEPTH * rough),
-        with(before(0.01).chain(before(0.03)).collect(), 0.0),
-    ]
-}
-
-/// Refined sets with one of the spheres that would be missed least taken to where it covers most of
-/// the hollows: about one of their creases, inside the solid.
-fn plugged(refiner: &Refiner, balls: &[Ball], found: &Hollows) -> Vec<Vec<Ball>> {
-    let covered = |ball: &Ball| -> f64 {
-        let inside = |c: &&Crease| (c.point - ball.centre).norm() < ball.radius;
-        found.creases.iter().filter(inside).map(|c| c.depth).sum()
-    };
-    let plugs = found.creases.iter().map(|c| {
-        let ball = Ball { centre: c.point, radius: PLUG * c.depth };
-        (covered(&ball), ball)
-    });
-    let Some((_, best)) = plugs.max_by(|a, b| a.0.total_cmp(&b.0)) else { return Vec::new() };
-    let mut more = balls.to_vec();
-    more.push(best);
-    let losses = refiner.losses(&refiner.assign(more.clone()));
-    let mut order: Vec<usize> = (0..balls.len()).collect();
-    order.sort_by(|&a, &b| losses[a].total_cmp(&losses[b]).then(a.cmp(&b)));
-    let without = |&least: &usize| {
-        let mut balls = more.clone();
-        balls.remove(least);
-        refiner.sweeps(refiner.assign(balls), SWEEPS).balls
-    };
-    order.iter().take(PLUG_TRIALS).map(without).collect()
 }
 
 /// Nodes of a grid deeper inside than `least`: a lower bound of the depth is what the maximal
@@ -573,10 +485,35 @@ fn match_volume(balls: &mut [Ball], target: &Target, smallest: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::clump::pieces::touching;
+    use crate::clump::refine::one_piece;
     use crate::clump::reproduce::tests::solid;
     use crate::clump::{Clump, MassSource, Method, Normals, reproduce};
+    use crate::geometry::Mesh;
     use crate::geometry::samples::{box_mesh, ellipsoid_mesh, icosphere, l_mesh, random_star};
     use crate::shape::Solid;
+    use std::f64::consts::TAU;
+
+    /// A torus of radius `large` with a tube of radius `small`.
+    fn ring_mesh(large: f64, small: f64) -> Mesh {
+        let (n, m) = (48u32, 16u32);
+        let at = |i: u32, j: u32| {
+            let [a, b] = [(i, n), (j, m)].map(|(k, of)| TAU * f64::from(k) / f64::from(of));
+            let r = large + small * b.cos();
+            Vec3::new(r * a.cos(), r * a.sin(), small * b.sin())
+        };
+        let vertices = (0..n * m).map(|k| at(k / m, k % m)).collect();
+        let corner = |i: u32, j: u32| (i % n) * m + j % m;
+        let triangles = (0..n * m)
+            .flat_map(|k| {
+                let (i, j) = (k / m, k % m);
+                let [p, q, r, s] =
+                    [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
+                [[p, q, r], [p, r, s]]
+            })
+            .collect();
+        Mesh { vertices, triangles }
+    }
 
     fn make(solid: &Solid, method: Fitted) -> Clump {
         let job = Job::quiet();
@@ -682,31 +619,43 @@ mod tests {
     }
 
     #[test]
-    fn a_hollow_between_spheres_is_filled() {
-        let ball = solid("ball", icosphere(3));
-        let target = Target::new(&ball).expect("closed");
-        // Six along the axes and eight between them leave the middle free and close it off.
-        let mut ways = vec![Vec3::x(), Vec3::y(), Vec3::z(), -Vec3::x(), -Vec3::y(), -Vec3::z()];
-        ways.extend((0..8).map(|k| {
-            let sign = |bit: u32| if k >> bit & 1 == 0 { 1.0 } else { -1.0 };
-            Vec3::new(sign(0), sign(1), sign(2)).normalize()
-        }));
-        let balls: Vec<Ball> =
-            ways.iter().map(|way| Ball { centre: way * 0.55, radius: 0.45 }).collect();
-        let patches = Patches::new(&ball.mesh, 1500);
+    fn too_few_spheres_for_a_blade_are_no_worse_than_fewer() {
+        let blade = solid("blade", box_mesh(Vec3::new(12.0, 4.0, 0.6)));
+        let mut last = f64::INFINITY;
+        for spheres in 1..=4 {
+            let clump = make(&blade, quick(spheres));
+            assert!(rms(&clump) < 1.01 * last, "{spheres}: {} {last}", rms(&clump));
+            assert!(one_piece(&clump.balls) || touching(&clump.balls));
+            assert_eq!(clump.balls.len() < spheres, clump.method.contains("more come no nearer"));
+            last = rms(&clump);
+        }
+    }
+
+    #[test]
+    fn hollows_are_filled_only_where_that_is_nearer() {
+        let ring = solid("ring", ring_mesh(1.0, 0.35));
+        let target = Target::new(&ring).expect("closed");
+        let method = quick(10);
+        let clump = make(&ring, method.clone());
+        let f = clump.fidelity.expect("measured");
+        assert!(f.largest_distance < 0.14 * f.equivalent_diameter, "{f:?}");
+        // A fit without hollows is left alone.
+        let patches = Patches::new(&ring.mesh, 1500);
         let limit = &|centre: &Vec3| 0.1 - target.distance.at(centre);
-        let refiner =
-            Refiner { patches: &patches, power: 2.0, inner_weight: 1.0, smallest: 0.01, limit };
-        let fit = refiner.assign(balls);
-        let cost = fit.cost;
-        assert!(Visible::new(&fit.balls).at(&Vec3::zeros()) > 0.09);
-        let filled = filled(&refiner, fit, &target, 0.4);
-        let visible = Visible::new(&filled.balls);
-        let deepest = |depth: f64, (point, _): (Vec3, Vec3)| depth.max(-target.distance.at(&point));
-        assert!(visible.at(&Vec3::zeros()) < 0.0);
-        assert!(visible.creases().fold(0.0, deepest) < 0.4);
-        assert_eq!(filled.balls.len(), 14);
-        assert!(filled.cost < VOID_PRICE * cost, "{} {cost}", filled.cost);
+        let refiner = Refiner {
+            patches: &patches,
+            scouts: &patches,
+            power: 2.0,
+            inner_weight: 1.0,
+            smallest: 0.01,
+            limit,
+        };
+        let fit = refiner.assign(clump.in_solid_frame());
+        let (before, plain) = (farthest(&fit, &refiner, &target), fit.balls.clone());
+        let free = Fitted { volume: Volume::Free, ..method };
+        let made = free.finished(&refiner, fit, &target, 0.05);
+        let after = farthest(&refiner.assign(made.balls.clone()), &refiner, &target);
+        assert!(made.balls == plain || after < before, "{after} {before}");
     }
 
     #[test]

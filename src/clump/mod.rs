@@ -14,6 +14,7 @@ mod fidelity;
 pub mod file;
 mod fitted;
 mod four_points;
+mod hollows;
 mod ladder;
 mod lattice;
 mod nodes;

@@ -80,6 +80,8 @@ impl Lists {
 pub struct Refiner<'a> {
     /// Points of the solid.
     pub patches: &'a Patches,
+    /// Fewer of them, where candidates are compared.
+    pub scouts: &'a Patches,
     /// p.
     pub power: f64,
     /// Weight of surface points inside a sphere over that of points outside.
@@ -297,10 +299,11 @@ impl Refiner<'_> {
 
     /// Adds the `count` candidates that lower the sum of squares most, one after the other.
     fn insert(&self, balls: &mut Vec<Ball>, candidates: &[Ball], count: usize) {
-        let mut gaps = Gaps::new(self.patches, self.assign(balls.clone()).gaps);
+        let scouts = Refiner { patches: self.scouts, ..*self };
+        let mut gaps = Gaps::new(self.scouts, scouts.assign(balls.clone()).gaps);
         // Gains hardly ever rise: one that was less than the best when last looked at still is.
         let mut gains: Vec<f64> =
-            candidates.iter().map(|ball| gaps.gain(self.patches, ball)).collect();
+            candidates.iter().map(|ball| gaps.gain(self.scouts, ball)).collect();
         for _ in 0..count {
             let mut fresh = vec![false; candidates.len()];
             let best = loop {
@@ -309,14 +312,14 @@ impl Refiner<'_> {
                 });
                 match best.1 {
                     Some(k) if !fresh[k] => {
-                        gains[k] = gaps.gain(self.patches, &candidates[k]);
+                        gains[k] = gaps.gain(self.scouts, &candidates[k]);
                         fresh[k] = true;
                     }
                     other => break other,
                 }
             };
             let Some(best) = best else { break };
-            gaps.add(self.patches, &candidates[best]);
+            gaps.add(self.scouts, &candidates[best]);
             balls.push(candidates[best]);
         }
     }
@@ -335,7 +338,7 @@ mod tests {
 
     fn refiner(patches: &Patches, power: f64) -> Refiner<'_> {
         let limit = &|_: &Vec3| f64::INFINITY;
-        Refiner { patches, power, inner_weight: 1.0, smallest: 0.01, limit }
+        Refiner { patches, scouts: patches, power, inner_weight: 1.0, smallest: 0.01, limit }
     }
 
     #[test]

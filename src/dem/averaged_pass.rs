@@ -289,7 +289,7 @@ pub fn on_planes<const FRICTION: bool, const DAMPING: bool>(
 ) {
     let ball = &field.balls[slot];
     for (at, partner) in partners.iter().enumerate() {
-        let plane = &field.planes[*partner as usize];
+        let plane = &field.planes.now[*partner as usize];
         let height = (ball.place - plane.point).dot(&plane.normal);
         let away = plane.normal * height;
         let foot = ball.place - away;

@@ -342,7 +342,12 @@ fn intact(setting: &Setting<'_>, state: &mut State, bonds: &mut Bonds, index: us
     let mut action = if setting.scheme == Scheme::Yade {
         let approach = pair.approach();
         let old = bonds.book.view().recall::<TurnedSpring>(index);
-        let carried = Vec3::from(law::carry::<f64, TurnedSpring>(rule, &approach, &old));
+        let carried = Vec3::from(law::carry::<f64, TurnedSpring>(
+            rule,
+            approach.normal,
+            approach.spins,
+            &old,
+        ));
         let across = pair.velocity - pair.normal * pair.velocity.dot(&pair.normal);
         let slip = carried + across * rule.advance;
         bonds.book.spring[index] = slip;

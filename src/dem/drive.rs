@@ -147,7 +147,7 @@ fn start(
     watch: &mut guard::Watch,
     observer: &mut dyn Observer,
 ) -> (State, Option<String>) {
-    neighbours::rebuild(setting, &mut state);
+    neighbours::rebuild(setting, &mut state, &work.crew);
     handover::take_up(setting, &mut state);
     let stopped = watch.look(setting, &state, false);
     let walls = setting.walls.clone();
@@ -198,9 +198,9 @@ fn one_step(
     move_walls(setting, state, (state.step + 1) as f64 * setting.step);
     let far = motion::advance(setting, state, &work.crew, owed);
     let came = setting.scheme != Scheme::Lammps && arrive::now(setting, state, true);
-    if far | came | lists_are_old(state) {
+    if far | came | lists_are_old(setting, state) {
         work.forget_lists();
-        neighbours::rebuild(setting, state);
+        neighbours::rebuild(setting, state, &work.crew);
     }
     force_pass(setting, state, work, false);
     let owed = !is_due(setting, state.step);
@@ -216,14 +216,14 @@ fn one_step(
 /// What LAMMPS does between two `run` commands: new lists, and the set-up pass once more.
 fn begin_again(setting: &mut Setting<'_>, state: &mut State, work: &mut Workspace) {
     work.forget_lists();
-    neighbours::rebuild(setting, state);
+    neighbours::rebuild(setting, state, &work.crew);
     // Walls keep their velocity, which LAMMPS knows from the step before.
     force_pass(setting, state, work, true);
 }
 
 /// Whether something besides motion asks for new lists.
-fn lists_are_old(state: &mut State) -> bool {
-    state.bonds.take_changed() | state.gone.take_changed()
+fn lists_are_old(setting: &Setting<'_>, state: &mut State) -> bool {
+    state.bonds.take_changed() | state.gone.take_changed() || neighbours::too_wide(setting, state)
 }
 
 /// Whether velocities are looked at after step `step`: something is written, or the guard
@@ -243,9 +243,9 @@ fn is_due(setting: &Setting<'_>, step: u64) -> bool {
 /// Half a step, force pass, half a step.
 fn averaged_step(setting: &mut Setting<'_>, state: &mut State, work: &mut Workspace) {
     move_walls(setting, state, (state.step as f64 + 0.5) * setting.step);
-    if averaged_motion::first_half(setting, state) | lists_are_old(state) {
+    if averaged_motion::first_half(setting, state) | lists_are_old(setting, state) {
         work.forget_lists();
-        neighbours::rebuild(setting, state);
+        neighbours::rebuild(setting, state, &work.crew);
     }
     force_pass(setting, state, work, false);
     averaged_motion::second_half(setting, state);

@@ -9,13 +9,14 @@
 
 use super::averaged_loops::{self, Buffer};
 use super::averaged_pass::Memory;
-use super::contacts::{self, Scratch};
+use super::contacts::{self, Scratch, Second};
 use super::crew::Crew;
 use super::far::Far;
 use super::law::{BookView, Kind, Rule, Tally, for_kind};
 use super::neighbours;
-use super::setting::{PlaneNow, Setting};
-use super::state::{Ball, Lights, List, Load, State};
+use super::planes::Planes;
+use super::setting::Setting;
+use super::state::{Ball, Lights, Load, State};
 use super::walls;
 use crate::model::Scheme;
 use crate::num::Vec3;
@@ -35,7 +36,10 @@ pub struct Workspace {
     pub crew: Crew,
     blocks: Blocks,
     buffer: Buffer,
-    planes: Vec<PlaneNow>,
+    /// Threads of the path-averaged scheme, and how many they may be.
+    pool: Option<rayon::ThreadPool>,
+    threads: usize,
+    planes: Planes,
     faces: Vec<[Vec3; 3]>,
     walls_at: Option<u64>,
     memory: Memory,
@@ -57,8 +61,10 @@ struct Blocks {
     strangers: Vec<Vec<Load>>,
     /// For each block what it gets: block, place among its strangers, sphere.
     mail: Vec<Vec<[u32; 3]>>,
-    /// Spheres with planes or triangles in their lists.
-    at_walls: Vec<u32>,
+    /// Place of the sphere of each entry of the planes' list.
+    at_planes: Vec<u16>,
+    /// Spheres with triangles in their lists.
+    at_faces: Vec<u32>,
     indexed_at: Option<u64>,
 }
 
@@ -75,13 +81,13 @@ impl Blocks {
         while !self.cut(state, number) && number < count {
             number *= 2;
         }
-        let has = |list: &List, slot: usize| list.start[slot + 1] > list.start[slot];
-        self.at_walls.clear();
-        self.at_walls.extend(
-            (0..count)
-                .filter(|s| has(&state.planes, *s) || has(&state.faces, *s))
-                .map(|s| s as u32),
-        );
+        let has = |slot: &usize| state.faces.start[slot + 1] > state.faces.start[*slot];
+        self.at_faces.clear();
+        self.at_faces.extend((0..count).filter(has).map(|slot| slot as u32));
+        self.at_planes.clear();
+        for slot in 0..count {
+            self.at_planes.resize(state.planes.start[slot + 1] as usize, (slot % self.size) as u16);
+        }
     }
 }
 
@@ -134,11 +140,14 @@ impl Workspace {
     /// Scratch for a run of `spheres` spheres on `threads` threads. Falls back to one
     /// thread where no more can be started.
     pub fn new(threads: usize, spheres: usize) -> Self {
+        let threads = if spheres >= WORTH_THREADS { threads } else { 1 };
         Self {
-            crew: Crew::new(if spheres >= WORTH_THREADS { threads } else { 1 }),
+            crew: Crew::new(threads),
+            pool: None,
+            threads,
             blocks: Blocks::default(),
             buffer: Buffer::default(),
-            planes: Vec::new(),
+            planes: Planes::default(),
             faces: Vec::new(),
             walls_at: None,
             memory: Memory::default(),
@@ -157,7 +166,8 @@ impl Workspace {
     pub fn bytes(&self) -> usize {
         let blocks = &self.blocks;
         blocks.owners.capacity() * 2
-            + blocks.at_walls.capacity() * 4
+            + blocks.at_planes.capacity() * 2
+            + blocks.at_faces.capacity() * 4
             + blocks.seats.capacity() * 2
             + blocks.strangers.iter().map(|met| met.capacity() * 48).sum::<usize>()
             + blocks.mail.iter().map(|mail| mail.capacity() * 12).sum::<usize>()
@@ -174,7 +184,7 @@ impl Workspace {
         self.walls_at = Some(step);
         let needs = &setting.needs;
         if first || needs.sliding_walls || needs.turning_walls || needs.servo_walls {
-            self.planes = setting.planes_at(time);
+            self.planes = Planes::new(setting.planes_at(time));
         }
         if first || setting.surfaces.moving {
             neighbours::faces_at(setting, time, &mut self.faces);
@@ -210,7 +220,7 @@ pub struct Field<'a> {
     /// Their inverse mass properties.
     pub light: &'a Lights,
     /// Planes at the time of the pass.
-    pub planes: &'a [PlaneNow],
+    pub planes: &'a Planes,
     /// Triangles at the time of the pass.
     pub faces: &'a [[Vec3; 3]],
     /// Last step and effective masses, where forces are averaged over the path.
@@ -223,11 +233,11 @@ pub struct Field<'a> {
 struct Part<'a> {
     /// First sphere.
     first: usize,
-    list: contacts::Pairs<'a>,
+    /// Pairs and planes.
+    lists: [contacts::Pairs<'a>; 2],
     pairs: contacts::Part<'a>,
-    /// Spheres of the block with walls in their lists.
-    at_walls: &'a [u32],
-    planes: (BookView<'a>, usize),
+    /// Spheres of the block with triangles in their lists.
+    at_faces: &'a [u32],
     faces: (BookView<'a>, usize),
     tally: Tally,
 }
@@ -250,14 +260,14 @@ fn pass<K: Kind>(
         yade: setting.scheme == Scheme::Yade,
     };
     let size = work.blocks.size;
-    let Blocks { scratch, owners, seats, strangers, mail, at_walls, .. } = &mut work.blocks;
+    let Blocks { scratch, owners, seats, strangers, mail, at_planes, at_faces, .. } =
+        &mut work.blocks;
     let (pairs, planes, faces) = (&mut state.pairs, &mut state.planes, &mut state.faces);
     let lists = [&pairs.start, &planes.start, &faces.start];
-    let partner = &pairs.partner[..];
-    let plane_list = (&planes.start[..], &planes.partner[..]);
+    let (partner, plane) = (&pairs.partner[..], &planes.partner[..]);
     let face_list = (&faces.start[..], &faces.partner[..]);
     let mut books = [pairs.book.view(), planes.book.view(), faces.book.view()].map(Some);
-    let mut near: &[u32] = at_walls;
+    let mut near: &[u32] = at_faces;
     let mut parts: Vec<Part<'_>> = Vec::with_capacity(mail.len());
     let mine = state.loads.chunks_mut(size).zip(strangers.iter_mut());
     for (number, (loads, strangers)) in mine.enumerate() {
@@ -270,28 +280,38 @@ fn pass<K: Kind>(
             books[which] = Some(rest);
             (here, from..to)
         };
-        let ((book, range), planes, faces) = (take(0), take(1), take(2));
+        let ((book, range), (planes, at), faces) = (take(0), take(1), take(2));
         let (here, rest) = near.split_at(near.partition_point(|slot| (*slot as usize) < last));
         near = rest;
         parts.push(Part {
             first,
-            list: contacts::Pairs {
-                block: first,
-                first: &owners[range.clone()],
-                second: &partner[range.clone()],
-                seats: &seats[range],
-            },
-            pairs: contacts::Part { loads, book, strangers },
-            at_walls: here,
-            planes: (planes.0, planes.1.start),
+            lists: [
+                contacts::Pairs {
+                    block: first,
+                    first: &owners[range.clone()],
+                    second: &partner[range.clone()],
+                    seats: &seats[range],
+                    kind: Second::Balls,
+                },
+                contacts::Pairs {
+                    block: first,
+                    first: &at_planes[at.clone()],
+                    second: &plane[at],
+                    seats: &[],
+                    kind: Second::Planes,
+                },
+            ],
+            pairs: contacts::Part { loads, book, planes, strangers },
+            at_faces: here,
             faces: (faces.0, faces.1.start),
             tally: Tally::default(),
         });
     }
     scratch.resize_with(work.crew.size(), Scratch::default);
     work.crew.share(&mut parts, scratch, |part, scratch| {
-        part.tally = contacts::block::<K>(&field, part.list, &mut part.pairs, scratch);
-        block_walls::<K>(&field, plane_list, face_list, part);
+        contacts::block::<K>(&field, part.lists, &mut part.pairs, scratch);
+        block_faces::<K>(&field, face_list, part, scratch);
+        part.tally = contacts::finish(&mut part.pairs, scratch);
     });
     let mut total = Tally::default();
     for part in &parts {
@@ -307,28 +327,21 @@ fn pass<K: Kind>(
     total
 }
 
-/// Walls of the spheres of a block.
-fn block_walls<K: Kind>(
+/// Triangles near the spheres of a block.
+fn block_faces<K: Kind>(
     field: &Field<'_>,
-    planes: (&[u32], &[u32]),
-    faces: (&[u32], &[u32]),
+    (start, partner): (&[u32], &[u32]),
     part: &mut Part<'_>,
+    scratch: &mut Scratch,
 ) {
-    let mut hits = Vec::new();
-    for slot in part.at_walls {
+    let (book, base) = (&mut part.faces.0, part.faces.1);
+    for slot in part.at_faces {
         let slot = *slot as usize;
-        let load = &mut part.pairs.loads[slot - part.first];
-        let range = planes.0[slot] as usize..planes.0[slot + 1] as usize;
-        let base = range.start - part.planes.1;
-        let (book, tally) = (&mut part.planes.0, &mut part.tally);
-        walls::on_planes::<K>(field, slot, &planes.1[range], base, book, load, tally);
-        let range = faces.0[slot] as usize..faces.0[slot + 1] as usize;
-        if !range.is_empty() {
-            let base = range.start - part.faces.1;
-            let (book, tally) = (&mut part.faces.0, &mut part.tally);
-            walls::on_faces::<K>(field, slot, &faces.1[range], base, book, load, tally, &mut hits);
-        }
+        let range = start[slot] as usize..start[slot + 1] as usize;
+        let at = (slot, range.start - base);
+        walls::on_faces::<K>(field, at, &partner[range], (part.first, book), scratch);
     }
+    contacts::answer_waiting::<K>(field, (part.first, book), scratch);
 }
 
 /// The pass of the path-averaged scheme.
@@ -336,7 +349,9 @@ fn averaged(setting: &Setting<'_>, state: &mut State, work: &mut Workspace, rule
     if setting.kept.damping || !state.solids.is_empty() {
         work.memory.look(setting, state);
     }
-    if work.crew.pool.is_some() {
+    if work.threads > 1 {
+        let start = || rayon::ThreadPoolBuilder::new().num_threads(work.threads).build().ok();
+        work.pool = work.pool.take().or_else(start);
         work.buffer.index(&state.pairs, state.rebuilds);
     }
     let field = Field {
@@ -354,7 +369,7 @@ fn averaged(setting: &Setting<'_>, state: &mut State, work: &mut Workspace, rule
     let buffer = &mut work.buffer;
     macro_rules! with {
         ($friction:literal, $damping:literal) => {
-            match &work.crew.pool {
+            match &work.pool {
                 None => averaged_loops::serial::<$friction, $damping>(
                     &field, pairs, planes, faces, loads,
                 ),

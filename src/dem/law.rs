@@ -400,14 +400,15 @@ pub struct Response<L> {
 }
 
 /// Force between two bodies that `touch`, or that are apart and perhaps did touch at the
-/// last pass (then `old` is not zero and the energy of the end of the contact is counted).
+/// last pass (then `old` is not zero and the energy of the end of the contact is counted). The spring of
+/// `old` is not looked at, but `before`, what [`carry`] made of it.
 #[inline(always)]
 pub fn respond<L: Lanes, K: Kind>(
     rule: &Rule,
     pair: &Parameters<L>,
     approach: &Approach<L>,
     touches: L::Mask,
-    old: &Past<L>,
+    (old, before): (&Past<L>, Triple<L>),
 ) -> Response<L> {
     let zero = L::splat(0.0);
     let mut past = Past::none();
@@ -428,7 +429,6 @@ pub fn respond<L: Lanes, K: Kind>(
     if K::FRICTION {
         let slide = approach.velocity + n * closing;
         let limit = pair.friction * normal.abs();
-        let before = carry::<L, K>(rule, approach, old);
         let mut trial = before + slide * L::splat(rule.advance);
         if K::HISTORY == History::Projected {
             trial = trial - n * trial.dot(n);
@@ -474,8 +474,12 @@ fn mean_power<L: Lanes>(before: L, now: L) -> L {
 
 /// The spring of the last pass, turned with the contact.
 #[inline(always)]
-pub fn carry<L: Lanes, K: Kind>(rule: &Rule, approach: &Approach<L>, old: &Past<L>) -> Triple<L> {
-    let n = approach.normal;
+pub fn carry<L: Lanes, K: Kind>(
+    rule: &Rule,
+    n: Triple<L>,
+    spins: Triple<L>,
+    old: &Past<L>,
+) -> Triple<L> {
     match K::HISTORY {
         History::Projected => old.spring,
         History::Rescaled => rescale(old.spring, n),
@@ -483,7 +487,7 @@ pub fn carry<L: Lanes, K: Kind>(rule: &Rule, approach: &Approach<L>, old: &Past<
             let from = old.normal;
             let tilted = old.spring - old.spring.cross(from.cross(n));
             let half = L::splat(0.5 * rule.advance);
-            let twist = from * (half * from.dot(approach.spins));
+            let twist = from * (half * from.dot(spins));
             tilted - tilted.cross(twist)
         }
     }
@@ -572,8 +576,12 @@ pub fn advance<K: Kind>(
 ) -> Reply {
     let old = book.recall::<K>(k);
     let pair = Parameters::of(pair);
+    let mut before = Triple::zero();
+    if K::FRICTION {
+        before = carry::<f64, K>(rule, approach.normal, approach.spins, &old);
+    }
     let Response { normal, tangent, past, taken } =
-        respond::<f64, K>(rule, &pair, approach, touches, &old);
+        respond::<f64, K>(rule, &pair, approach, touches, (&old, before));
     book.touching[k] = touches;
     book.keep::<K>(k, &past);
     tally.normal_dashpot += taken[0];

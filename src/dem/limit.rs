@@ -16,6 +16,7 @@
 //! O(contacts) for the network, O(bodies × members²) for the rest.
 
 use super::bond_limit;
+use super::crew::Crew;
 use super::law::Book;
 use super::neighbours;
 use super::network::{self, Deepest, Link, Network, Stepping, Strand};
@@ -91,7 +92,7 @@ pub fn advise(model: &Model) -> Advice {
     }
     let pairs = Pairs::of(&setting);
     let mut state = State::new(&setting);
-    neighbours::rebuild(&setting, &mut state);
+    neighbours::rebuild(&setting, &mut state, &Crew::new(1));
     // Only who touches whom matters here.
     (state.loads, state.built) = (Vec::new(), Vec::new());
     state.pairs.book = Book::default();

@@ -57,6 +57,7 @@ mod lost;
 mod motion;
 mod neighbours;
 mod network;
+mod planes;
 mod pushes;
 mod rig;
 mod rolling;

@@ -10,8 +10,11 @@
 //! O(N) a step; cannot fail.
 
 use super::crew::Crew;
+#[cfg(target_arch = "x86_64")]
+use super::lanes::Four;
+use super::lanes::{Plain, Wide};
 use super::setting::Setting;
-use super::state::{Ball, Lights, Load, State};
+use super::state::{Ball, Lightness, Lights, Load, Solid, State};
 use super::turn;
 use crate::model::Scheme;
 use crate::num::Vec3;
@@ -41,22 +44,28 @@ pub fn advance(setting: &Setting<'_>, state: &mut State, crew: &Crew, owed: bool
     state.step += 1;
     let room = room(setting, state);
     let owed = owed && setting.scheme != Scheme::Yade;
-    let mut far = move_alone(setting, state, crew, &Leap { kick, owed, square: room * room });
+    let square = room * room;
+    let mut far = false;
+    if state.solids.len() < setting.model.bodies.len() {
+        far = move_alone(setting, state, crew, &Leap { kick, owed, square });
+    }
     if owed {
         kick_solids(setting, state, kick);
     }
-    if setting.scheme != Scheme::Yade {
-        kick_solids(setting, state, kick);
-    }
-    for index in 0..state.solids.len() {
-        match setting.scheme {
-            Scheme::Yade => move_as_yade(setting, state, index),
-            scheme => drift_solid(setting, state, index, scheme),
+    match setting.scheme {
+        Scheme::Yade => (0..state.solids.len()).for_each(|at| move_as_yade(setting, state, at)),
+        scheme => {
+            kick_solids(setting, state, kick);
+            drift_solids(setting, &mut state.solids, scheme);
         }
     }
-    if !state.solids.is_empty() {
-        let moved = state.balls.iter().zip(&state.built).filter(|(ball, _)| !ball.alone);
-        far |= !moved.map(|(ball, built)| ball.place - built).all(|way| within(&way, room * room));
+    for index in 0..state.solids.len() {
+        state.carry_members(setting, index);
+        let body = &setting.model.bodies[state.solids[index].body as usize];
+        let members = body.first_sphere..body.first_sphere + body.sphere_count;
+        far |= members
+            .map(|sphere| state.slot[sphere as usize] as usize)
+            .any(|slot| !within(&(state.balls[slot].place - state.built[slot]), square));
     }
     far || room <= 0.0
 }
@@ -121,29 +130,92 @@ fn move_alone(setting: &Setting<'_>, state: &mut State, crew: &Crew, leap: &Leap
     flocks.iter().any(|flock| flock.far)
 }
 
+/// Kicks and moves a flock.
 fn fly(setting: &Setting<'_>, lights: &Lights, flock: &mut Flock<'_>, leap: &Leap) {
-    let (gravity, step) = (setting.gravity, setting.step);
-    let same = lights.same();
-    let light = |slot: usize| same.unwrap_or_else(|| lights.at(slot));
-    let fixed = (flock.first..).zip(flock.loads).zip(flock.built);
-    for (ball, ((slot, load), built)) in flock.balls.iter_mut().zip(fixed) {
-        if ball.alone {
-            let gain = (load.force * light(slot).mass + gravity) * leap.kick;
-            if leap.owed {
-                ball.velocity += gain;
-            }
-            ball.velocity += gain;
-            ball.place += ball.velocity * step;
-            flock.far |= !within(&(ball.place - built), leap.square);
-        }
+    let inside = go(setting, lights, flock, leap);
+    if !inside {
+        let mut alone = flock.balls.iter().zip(flock.built).filter(|(ball, _)| ball.alone);
+        flock.far = !alone.all(|(ball, built)| within(&(ball.place - built), leap.square));
     }
-    for (spin, (slot, load)) in flock.spins.iter_mut().zip((flock.first..).zip(flock.loads)) {
-        let gain = load.torque * (light(slot).inertia * leap.kick);
-        if leap.owed {
-            *spin += gain;
+}
+
+/// [`go_by`] with the lanes that this processor has.
+fn go(setting: &Setting<'_>, lights: &Lights, flock: &mut Flock<'_>, leap: &Leap) -> bool {
+    #[cfg(target_arch = "x86_64")]
+    if is_x86_feature_detected!("avx2") {
+        #[target_feature(enable = "avx2")]
+        fn with_avx2(
+            setting: &Setting<'_>,
+            lights: &Lights,
+            flock: &mut Flock<'_>,
+            leap: &Leap,
+        ) -> bool {
+            go_by::<Four>(setting, lights, flock, leap)
         }
-        *spin += gain;
+        // SAFETY: the processor has what the function asks for.
+        return unsafe { with_avx2(setting, lights, flock, leap) };
     }
+    go_by::<Plain>(setting, lights, flock, leap)
+}
+
+/// Kicks and moves the balls that are bodies by themselves, the three numbers of a vector side by side. True
+/// if all stayed in a cube within the sphere that is allowed.
+#[inline(always)]
+fn go_by<L: Wide<4>>(
+    setting: &Setting<'_>,
+    lights: &Lights,
+    flock: &mut Flock<'_>,
+    leap: &Leap,
+) -> bool {
+    let first = flock.first;
+    match (lights.same(), leap.owed) {
+        (Some(light), true) => each::<L, true>(setting, |_| light, flock, leap),
+        (Some(light), false) => each::<L, false>(setting, |_| light, flock, leap),
+        (None, true) => each::<L, true>(setting, |at| lights.at(first + at), flock, leap),
+        (None, false) => each::<L, false>(setting, |at| lights.at(first + at), flock, leap),
+    }
+}
+
+/// [`go_by`] with one kick or two.
+#[inline(always)]
+fn each<L: Wide<4>, const OWED: bool>(
+    setting: &Setting<'_>,
+    light: impl Fn(usize) -> Lightness,
+    flock: &mut Flock<'_>,
+    leap: &Leap,
+) -> bool {
+    let (gravity, step, kick) =
+        (L::three(&setting.gravity), L::splat(setting.step), L::splat(leap.kick));
+    // A little less than 1/√3.
+    let edge = L::splat(0.577 * leap.square.sqrt());
+    let kicked = |motion: &Vec3, gain: L| {
+        let motion = if OWED { L::three(motion) + gain } else { L::three(motion) };
+        motion + gain
+    };
+    let mut inside = L::all(true);
+    // One length for the compiler: no access in the loops has a branch.
+    let count = flock.balls.len();
+    let (balls, loads, built) =
+        (&mut flock.balls[..count], &flock.loads[..count], &flock.built[..count]);
+    for at in 0..count {
+        let (ball, load) = (&mut balls[at], &loads[at]);
+        if !ball.alone {
+            continue;
+        }
+        let gain = (L::three(&load.force) * L::splat(light(at).mass) + gravity) * kick;
+        let velocity = kicked(&ball.velocity, gain);
+        let place = L::three(&ball.place) + velocity * step;
+        velocity.keep_three(&mut ball.velocity);
+        place.keep_three(&mut ball.place);
+        inside = L::both(inside, (place - L::three(&built[at])).abs().at_most(edge));
+    }
+    let count = flock.spins.len();
+    let (spins, loads) = (&mut flock.spins[..count], &loads[..count]);
+    for at in 0..count {
+        let gain = L::three(&loads[at].torque) * L::splat(light(at).inertia * leap.kick);
+        kicked(&spins[at], gain).keep_three(&mut spins[at]);
+    }
+    L::bits(inside) == 0b1111
 }
 
 fn kick_alone(setting: &Setting<'_>, state: &mut State, span: f64) {
@@ -173,18 +245,44 @@ fn kick_solids(setting: &Setting<'_>, state: &mut State, span: f64) {
     }
 }
 
-fn drift_solid(setting: &Setting<'_>, state: &mut State, index: usize, scheme: Scheme) {
-    let solid = &mut state.solids[index];
-    let inertia = &setting.model.bodies[solid.body as usize].inertia;
-    solid.place += solid.velocity * setting.step;
-    if scheme.is_richardson() {
-        (solid.turn, solid.spin) =
-            turn::richardson(&solid.turn, inertia, &solid.momentum, setting.step);
-    } else {
-        solid.turn = turn::split(&solid.turn, inertia, &solid.momentum, setting.step);
-        solid.spin = turn::spin(&solid.turn, inertia, &solid.momentum);
+/// Moves and turns all solids.
+fn drift_solids(setting: &Setting<'_>, solids: &mut [Solid], scheme: Scheme) {
+    let step = setting.step;
+    for solid in solids.iter_mut() {
+        solid.place += solid.velocity * step;
+        if scheme.is_richardson() {
+            let inertia = &setting.model.bodies[solid.body as usize].inertia;
+            (solid.turn, solid.spin) =
+                turn::richardson(&solid.turn, inertia, &solid.momentum, step);
+        }
     }
-    state.carry_members(setting, index);
+    if !scheme.is_richardson() {
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2") {
+            #[target_feature(enable = "avx2")]
+            fn with_avx2(setting: &Setting<'_>, solids: &mut [Solid]) {
+                turn_solids::<Four>(setting, solids);
+            }
+            // SAFETY: the processor has what the function asks for.
+            return unsafe { with_avx2(setting, solids) };
+        }
+        turn_solids::<Plain>(setting, solids);
+    }
+}
+
+/// Turns all solids, four at a time; the last group is filled up with its last.
+#[inline(always)]
+fn turn_solids<L: Wide<4>>(setting: &Setting<'_>, solids: &mut [Solid]) {
+    for group in solids.chunks_mut(4) {
+        let last = group.len() - 1;
+        let at = [0, 1.min(last), 2.min(last), last];
+        let (turns, worlds) = (at.map(|l| &group[l].turn), at.map(|l| &group[l].momentum));
+        let inertias = at.map(|l| &setting.model.bodies[group[l].body as usize].inertia);
+        let (turns, spins) = turn::split_four::<L>(turns, inertias, worlds, setting.step);
+        for (solid, (turn, spin)) in group.iter_mut().zip(turns.into_iter().zip(spins)) {
+            (solid.turn, solid.spin) = (turn, spin);
+        }
+    }
 }
 
 fn move_as_yade(setting: &Setting<'_>, state: &mut State, index: usize) {
@@ -203,7 +301,6 @@ fn move_as_yade(setting: &Setting<'_>, state: &mut State, index: usize) {
         (solid.turn, solid.momentum, solid.spin) =
             turn::yade(&solid.turn, &body.inertia, &solid.momentum, &solid.load.torque, step);
     }
-    state.carry_members(setting, index);
 }
 
 /// Applies local damping to the loads of the present pass; returns its power, W.

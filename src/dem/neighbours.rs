@@ -26,6 +26,7 @@
 //! of the old ones. Cannot fail: positions that are not finite
 //! land in some cell and are caught by the guard.
 
+use super::crew::Crew;
 use super::law::Book;
 use super::setting::{FIRST_SKIN, MOST_SKIN, Setting};
 use super::state::{Ball, List, Load, State};
@@ -33,15 +34,22 @@ use super::surface;
 use crate::geometry::Cell;
 use crate::model::Scheme;
 use crate::num::Vec3;
+use std::ops::Range;
 
 /// More levels than any range of sizes needs (2^40).
 const LEVELS: u32 = 40;
+
+/// Steps between two looks whether the lists are too wide.
+const LOOK: u64 = 100;
+
+/// Spheres whose partners a thread looks for at a time.
+const STRETCH: usize = 512;
 
 /// Cells along x and along y of a tile.
 const TILE: usize = 12;
 
 /// Builds all lists anew.
-pub fn rebuild(setting: &Setting<'_>, state: &mut State) {
+pub fn rebuild(setting: &Setting<'_>, state: &mut State, crew: &Crew) {
     let time = setting.pass_time(state.step);
     if state.rebuilds > 0 {
         state.skin = next_skin(setting, state);
@@ -60,7 +68,7 @@ pub fn rebuild(setting: &Setting<'_>, state: &mut State) {
     permute(state, &grid);
     let old = [&mut state.pairs, &mut state.planes, &mut state.faces].map(std::mem::take);
     let [pairs_before, planes_before, faces_before] = old.map(List::touching);
-    let (start, partner) = pairs(setting, state, &grid);
+    let (start, partner) = pairs(setting, state, &grid, crew);
     let from = grid.from;
     drop(grid.levels);
     let book = remember_pairs(setting, pairs_before, (&start, &partner), &from);
@@ -81,17 +89,35 @@ pub fn rebuild(setting: &Setting<'_>, state: &mut State) {
 /// farthest goes v a step, a skin s lasts for n = s/(2 v) steps of time t each; a pair in it costs 0.2 t and
 /// there are 5 s/r such pairs a sphere (r the median radius; measured in beds); a build costs
 /// 15 t. The sum of both a step, s/r + 15/n, is least at s = √(30 v r).
-/// Within 0.02 r and 0.3 r, and a factor of 2.
+/// Within 0.02 r and 0.3 r, and a quarter to twice what it was.
 fn next_skin(setting: &Setting<'_>, state: &State) -> f64 {
+    let radius = setting.skin / FIRST_SKIN;
+    let near = best_skin(setting, state).clamp(0.25 * state.skin, 2.0 * state.skin);
+    near.clamp(0.02 * radius, MOST_SKIN * radius)
+}
+
+/// Whether lists that are still valid hold so many pairs too many that building them pays: looked at
+/// every [`LOOK`] steps. The skin s costs s/r a step; the best skin b costs twice b/r with its builds, and
+/// the build now 15 t, which must come in again within as many steps as the lists have lasted.
+pub fn too_wide(setting: &Setting<'_>, state: &State) -> bool {
+    let lasted = state.step - state.built_at;
+    if lasted == 0 || !lasted.is_multiple_of(LOOK) {
+        return false;
+    }
+    let radius = setting.skin / FIRST_SKIN;
+    let next = next_skin(setting, state);
+    state.skin > 2.0 * next + 15.0 * radius / lasted as f64
+}
+
+/// See [`next_skin`].
+fn best_skin(setting: &Setting<'_>, state: &State) -> f64 {
     let lasted = (state.step - state.built_at).max(1) as f64;
     let ways = state.balls.iter().zip(&state.built).map(|(ball, built)| ball.place - built);
     let far = ways.map(|way| way.norm_squared()).fold(0.0, f64::max).sqrt();
     let time = |step: u64| step as f64 * setting.step;
     let walls = setting.wall_travel(time(state.built_at), time(state.step));
     let radius = setting.skin / FIRST_SKIN;
-    let best = (15.0 * radius * walls.max(2.0 * far) / lasted).sqrt();
-    let near = best.clamp(0.5 * state.skin, 2.0 * state.skin);
-    near.clamp(0.02 * radius, MOST_SKIN * radius)
+    (15.0 * radius * walls.max(2.0 * far) / lasted).sqrt()
 }
 
 /// Moves bodies whose centre of mass has left a periodic box to their image in it.
@@ -418,41 +444,79 @@ fn permute(state: &mut State, grid: &Grid) {
     }
 }
 
+/// Pairs of some spheres that follow each other: how many the first few of them have together, and
+/// the second spheres.
+struct Stretch {
+    slots: Range<usize>,
+    ends: Vec<u32>,
+    partner: Vec<u32>,
+}
+
 /// Where the pairs of each sphere begin, and their second spheres.
-fn pairs(setting: &Setting<'_>, state: &State, grid: &Grid) -> (Vec<u32>, Vec<u32>) {
-    let balls = &state.balls;
+fn pairs(setting: &Setting<'_>, state: &State, grid: &Grid, crew: &Crew) -> (Vec<u32>, Vec<u32>) {
+    let count = state.balls.len();
     let skin = state.skin + 2.0 * state.sweep;
-    let mut start = Vec::with_capacity(balls.len() + 1);
-    let mut partner = Vec::with_capacity(4 * balls.len());
+    let images =
+        setting.model.periodic.map(|cell| (cell, reach_of_images(&state.balls, &cell, skin)));
+    // One stretch on one thread: nothing is there twice.
+    let size = if crew.size() > 1 { STRETCH } else { count.max(1) };
+    let stretch = |from: usize| {
+        let slots = from..(from + size).min(count);
+        let room = slots.len();
+        Stretch { slots, ends: Vec::with_capacity(room), partner: Vec::with_capacity(4 * room) }
+    };
+    let mut stretches: Vec<Stretch> = (0..count).step_by(size).map(stretch).collect();
+    crew.share(&mut stretches, &mut vec![(); crew.size()], |stretch, ()| {
+        for slot in stretch.slots.clone() {
+            partners_of(setting, state, grid, slot, skin, &images, &mut stretch.partner);
+            stretch.ends.push(stretch.partner.len() as u32);
+        }
+    });
+    let mut start = Vec::with_capacity(count + 1);
     start.push(0);
-    let images = setting.model.periodic.map(|cell| (cell, reach_of_images(balls, &cell, skin)));
-    let bonded = |slot: usize, other: usize| {
+    let mut all = Vec::new();
+    for Stretch { ends, partner, .. } in stretches {
+        let base = all.len() as u32;
+        start.extend(ends.iter().map(|end| base + end));
+        if base == 0 { all = partner } else { all.extend_from_slice(&partner) }
+    }
+    all.shrink_to_fit();
+    (start, all)
+}
+
+/// Adds the partners of the sphere in `slot`.
+fn partners_of(
+    setting: &Setting<'_>,
+    state: &State,
+    grid: &Grid,
+    slot: usize,
+    skin: f64,
+    images: &Option<(Cell, f64)>,
+    partner: &mut Vec<u32>,
+) {
+    let (balls, ball) = (&state.balls, &state.balls[slot]);
+    let bonded = |other: usize| {
         setting.needs.bonds
             && state.bonds.holds(&setting.bonds, state.order[slot], state.order[other])
     };
-    for (slot, ball) in balls.iter().enumerate() {
-        for level in &grid.levels[grid.level[slot] as usize..] {
-            let reach = Vec3::repeat(ball.radius + level.reach + skin);
-            level.runs(&(ball.place - reach), &(ball.place + reach), |from, to| {
-                for other in from.max(slot as u32 + 1)..to {
-                    let there = &balls[other as usize];
-                    let range = ball.radius + there.radius + skin;
-                    let between = ball.place - there.place;
-                    let near = between.norm_squared() < range * range
-                        && (images.is_none() || setting.shift(&between) == Vec3::zeros());
-                    if near && ball.body != there.body && !bonded(slot, other as usize) {
-                        partner.push(other);
-                    }
+    for level in &grid.levels[grid.level[slot] as usize..] {
+        let reach = Vec3::repeat(ball.radius + level.reach + skin);
+        level.runs(&(ball.place - reach), &(ball.place + reach), |from, to| {
+            for other in from.max(slot as u32 + 1)..to {
+                let there = &balls[other as usize];
+                let range = ball.radius + there.radius + skin;
+                let between = ball.place - there.place;
+                let near = between.norm_squared() < range * range
+                    && (images.is_none() || setting.shift(&between) == Vec3::zeros());
+                if near && ball.body != there.body && !bonded(other as usize) {
+                    partner.push(other);
                 }
-            });
-        }
-        if let Some((cell, outside)) = &images {
-            from_images(setting, balls, grid, slot, skin, cell, *outside, &mut partner);
-        }
-        start.push(partner.len() as u32);
+            }
+        });
     }
-    partner.shrink_to_fit();
-    (start, partner)
+    if let Some((cell, outside)) = images {
+        from_images(setting, balls, grid, slot, skin, cell, *outside, partner);
+    }
 }
 
 /// How far outside the box an image can lie that a sphere may touch, m.
@@ -653,7 +717,7 @@ mod tests {
         let model = test_scenes::wide_sizes(400, 30.0);
         let setting = Setting::new(&model);
         let mut state = State::new(&setting);
-        rebuild(&setting, &mut state);
+        rebuild(&setting, &mut state, &Crew::new(1));
         let mut listed = Vec::new();
         for slot in 0..state.balls.len() {
             for k in state.pairs.start[slot]..state.pairs.start[slot + 1] {
@@ -683,7 +747,7 @@ mod tests {
         let model = test_scenes::wide_sizes(200, 4.0);
         let setting = Setting::new(&model);
         let mut state = State::new(&setting);
-        rebuild(&setting, &mut state);
+        rebuild(&setting, &mut state, &Crew::new(1));
         for (k, touching) in state.pairs.book.touching.iter_mut().enumerate() {
             *touching = true;
             state.pairs.book.spring[k] = Vec3::new(k as f64 + 1.0, 0.5, -1.0);
@@ -710,7 +774,7 @@ mod tests {
         for ball in &mut state.balls {
             ball.place = -(ball.place + shift);
         }
-        rebuild(&setting, &mut state);
+        rebuild(&setting, &mut state, &Crew::new(1));
         assert_eq!(before, named(&state));
     }
 }

@@ -34,7 +34,7 @@ use super::servo;
 use super::setting::Setting;
 use super::state::{Ball, List, State, is_alone};
 use super::surface;
-use crate::model::{Body, Contact, Scheme};
+use crate::model::{Body, Contact, Scheme, Wall};
 use crate::num::random;
 use crate::num::{Rotation, Vec3};
 use nalgebra::{DMatrix, Matrix6, SymmetricEigen, Vector6};
@@ -250,11 +250,42 @@ impl<'a> Network<'a> {
     /// `None` if `step` [s] is stable; otherwise the limit.
     pub fn exceeded_by(&self, step: f64) -> Option<Bound> {
         let most = 4.0 / (step * step);
+        if self.clears(step, most) {
+            return None;
+        }
         let (top, _) = self.block(step, most);
         if top <= most || Chords::of(self).top(step, most) <= most {
             return None;
         }
         self.limit(f64::INFINITY)
+    }
+
+    /// Whether no trace could be above `most` even if all that is listed touched: O(listed pairs), no
+    /// geometry. Where all spheres are alike and bodies by themselves; false elsewhere.
+    fn clears(&self, step: f64, most: f64) -> bool {
+        let (setting, state) = (self.setting, self.state);
+        let Some((pair, radius)) = self.alike_trace(step).filter(|_| !setting.needs.bonds) else {
+            return false;
+        };
+        let material = setting.model.bodies[0].material;
+        let at_wall = |wall: &Wall| {
+            let law = setting.stiff_pair(material, wall.material);
+            let (normal, stiffer) = (Vec3::x(), servo::stiffer(&wall.motion));
+            let arms = [-normal * radius, Vec3::zeros()];
+            let link = Link { bodies: (0, None), normal, arms, law, depth: 0.0, stiffer };
+            self.round_trace(&link, step).map_or(f64::INFINITY, |parts| parts[0])
+        };
+        let wall = setting.model.walls.iter().map(at_wall).fold(0.0, f64::max) * (1.0 + ROUNDING);
+        let mut listed = vec![0u32; state.balls.len()];
+        state.pairs.partner.iter().for_each(|other| listed[*other as usize] += 1);
+        let starts =
+            |list: &'a List| list.start.windows(2).map(|range| f64::from(range[1] - range[0]));
+        let walls = starts(&state.planes).zip(starts(&state.faces));
+        let pairs = starts(&state.pairs).zip(listed);
+        pairs.zip(walls).all(|((own, others), (planes, faces))| {
+            // Without walls `wall` is 0, without contacts both are.
+            (own + f64::from(others)) * pair + (planes + faces) * wall <= most
+        })
     }
 
     /// The contact with the largest overlap over the smaller radius; its bodies.
@@ -448,6 +479,7 @@ impl<'a> Network<'a> {
         let mut parts = [0.0; 2];
         for (way, (k, c), times) in [(0, (law.kn, law.cn), 1.0), (1, (kt, ct), 2.0)] {
             let (a, b) = (mine[way], other[way]);
+            let (k, c) = (k * link.stiffer, c * link.stiffer);
             let k = times * self.stepping.stiffness(k, c, || a + b, step);
             let both = (a * b).sqrt();
             parts[0] += k * (a + both);
@@ -636,6 +668,10 @@ fn each_link<'a>(
     let entries =
         |list: &List, slot: usize| list.start[slot] as usize..list.start[slot + 1] as usize;
     let planes = setting.planes_at(time);
+    let mut corners = Vec::new();
+    if !state.faces.partner.is_empty() {
+        neighbours::faces_at(setting, time, &mut corners);
+    }
     for (slot, ball) in state.balls.iter().enumerate() {
         for k in entries(&state.pairs, slot) {
             let there = state.pairs.partner[k] as usize;
@@ -689,8 +725,7 @@ fn each_link<'a>(
         }
         for k in entries(&state.faces, slot) {
             let face = state.faces.partner[k] as usize;
-            let corners = neighbours::face_at(setting, face, time);
-            let (point, _) = surface::closest(&ball.place, &corners);
+            let (point, _) = surface::closest(&ball.place, &corners[face]);
             wall(ball.place - point, setting.surfaces.wall[face] as usize);
         }
     }

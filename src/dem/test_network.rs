@@ -93,7 +93,7 @@ fn true_limit(model: &Model) -> f64 {
 fn bounds(model: &Model) -> [f64; 2] {
     let setting = Setting::new(model);
     let mut state = State::new(&setting);
-    neighbours::rebuild(&setting, &mut state);
+    neighbours::rebuild(&setting, &mut state, &crate::dem::crew::Crew::new(1));
     let network = Network::new(&setting, &state, 0.0);
     [0.0, f64::INFINITY].map(|enough| network.limit(enough).expect("contacts").step)
 }

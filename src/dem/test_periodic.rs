@@ -181,7 +181,7 @@ fn lists_hold_every_near_pair_once_across_the_sides() {
         }
         let setting = Setting::new(&model);
         let mut state = State::new(&setting);
-        neighbours::rebuild(&setting, &mut state);
+        neighbours::rebuild(&setting, &mut state, &crate::dem::crew::Crew::new(1));
         let mut listed = Vec::new();
         for slot in 0..state.balls.len() {
             for k in state.pairs.start[slot]..state.pairs.start[slot + 1] {

@@ -323,7 +323,7 @@ fn memory_stays_below_400_bytes_a_sphere() {
     let model = crowd(Scheme::Leapfrog);
     let setting = setting::Setting::new(&model);
     let mut state = crate::dem::state::State::new(&setting);
-    neighbours::rebuild(&setting, &mut state);
+    neighbours::rebuild(&setting, &mut state, &crate::dem::crew::Crew::new(1));
     let mut work = forces::Workspace::new(2, model.spheres.len());
     drive::force_pass(&setting, &mut state, &mut work, true);
     let list = |list: &crate::dem::state::List| {

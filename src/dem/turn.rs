@@ -12,6 +12,7 @@
 //! angular velocity [rad/s] in the world frame, I principal moments [kg m²].
 //! O(1) a body; cannot fail.
 
+use super::lanes::{Triple, Wide};
 use crate::num::{Rotation, Vec3};
 use nalgebra::{Quaternion, Unit};
 
@@ -54,6 +55,88 @@ fn about<const AXIS: usize>((body, q): &mut (&mut [f64; 3], Quaternion<f64>), ra
     turned[a] = cos * v[a] + sin * v[b];
     turned[b] = cos * v[b] - sin * v[a];
     *q = Quaternion::new(cos * w - sin * v[AXIS], turned[0], turned[1], turned[2]);
+}
+
+/// Four bodies at once: orientations after [`split`] and the angular velocities then.
+#[inline(always)]
+pub fn split_four<L: Wide<4>>(
+    turns: [&Rotation; 4],
+    inertias: [&Vec3; 4],
+    worlds: [&Vec3; 4],
+    step: f64,
+) -> ([Rotation; 4], [Vec3; 4]) {
+    let part = |k: usize| L::load(&turns.map(|turn| turn.coords[k]));
+    let (mut v, mut w) = ([part(0), part(1), part(2)], part(3));
+    let (inertia, world) = (L::triples(inertias), L::triples(worlds));
+    let (one, half) = (L::splat(1.0), L::splat(0.5));
+    let light = inertia.map(|inertia| one / inertia);
+    let rate = light * L::splat(step);
+    let Triple { x, y, z } = turned(v, -w, world);
+    let mut body = [x, y, z];
+    let axes = [
+        (0, rate.x * half),
+        (1, rate.y * half),
+        (2, rate.z),
+        (1, rate.y * half),
+        (0, rate.x * half),
+    ];
+    for (axis, rate) in axes {
+        let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
+        let (sin, cos) = half_angles(rate * body[axis]);
+        let (whole_sin, whole_cos) = ((sin + sin) * cos, one - (sin + sin) * sin);
+        (body[a], body[b]) =
+            (whole_cos * body[a] + whole_sin * body[b], whole_cos * body[b] - whole_sin * body[a]);
+        let old = (v, w);
+        w = cos * old.1 - sin * old.0[axis];
+        v[axis] = cos * old.0[axis] + sin * old.1;
+        v[a] = cos * old.0[a] + sin * old.0[b];
+        v[b] = cos * old.0[b] - sin * old.0[a];
+    }
+    let shrink = one / (v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + w * w).sqrt();
+    (v, w) = (v.map(|x| x * shrink), w * shrink);
+    let inner = turned(v, -w, world);
+    let inner = Triple { x: inner.x * light.x, y: inner.y * light.y, z: inner.z * light.z };
+    let mut spins = [Vec3::zeros(); 4];
+    L::pack3(turned(v, w, inner), &mut spins);
+    let mut parts = [[0.0; 4]; 4];
+    for (numbers, part) in parts.iter_mut().zip([v[0], v[1], v[2], w]) {
+        part.store(numbers);
+    }
+    let [i, j, k, w] = parts;
+    let mut after = [Rotation::identity(); 4];
+    for l in 0..4 {
+        after[l] = Unit::new_unchecked(Quaternion::new(w[l], i[l], j[l], k[l]));
+    }
+    (after, spins)
+}
+
+/// Vectors turned by unit quaternions with the vector part `v` and scalar part `w`; with −w the other way.
+#[inline(always)]
+fn turned<L: Wide<4>>(v: [L; 3], w: L, vector: Triple<L>) -> Triple<L> {
+    let q = Triple { x: v[0], y: v[1], z: v[2] };
+    let twice = q.cross(vector) * L::splat(2.0);
+    vector + twice * w + q.cross(twice)
+}
+
+/// [`half_angle`] of four angles.
+#[inline(always)]
+fn half_angles<L: Wide<4>>(angle: L) -> (L, L) {
+    let n = |value: f64| L::splat(value);
+    let (one, x) = (n(1.0), angle * n(0.5));
+    let y = x * x;
+    let sin = one - y * n(1.0 / 20.0) * (one - y * n(1.0 / 42.0) * (one - y * n(1.0 / 72.0)));
+    let sin = (one - y * n(1.0 / 6.0) * sin) * x;
+    let cos = one - y * n(1.0 / 12.0) * (one - y * n(1.0 / 30.0) * (one - y * n(1.0 / 56.0)));
+    let cos = one - y * n(0.5) * cos;
+    let large = L::not(y.below(n(0.0025)));
+    if !L::any(large) {
+        return (sin, cos);
+    }
+    let mut angles = [0.0; 4];
+    x.store(&mut angles);
+    let exact = angles.map(f64::sin_cos);
+    let (sines, cosines) = (exact.map(|pair| pair.0), exact.map(|pair| pair.1));
+    (L::pick(large, L::load(&sines), sin), L::pick(large, L::load(&cosines), cos))
 }
 
 /// Sine and cosine of half of `angle`. Series to all digits where it is small, as it is in any
@@ -140,6 +223,41 @@ mod tests {
             let (s, c) = (0.5 * angle).sin_cos();
             assert!((sin - s).abs() <= 2.0 * f64::EPSILON * s.abs(), "{angle}");
             assert!((cos - c).abs() <= f64::EPSILON, "{angle}");
+        }
+    }
+
+    #[test]
+    fn four_at_once_turn_as_one_by_one() {
+        use crate::dem::lanes::Plain;
+        let turns = [0.1, 0.9, 2.0, 3.0]
+            .map(|angle| Rotation::from_scaled_axis(Vec3::new(angle, 0.3 - angle, 0.5)));
+        let inertias = [1.0, 2.0, 0.5, 3.0].map(|size| Vec3::new(1.0, 2.0, 3.0) * size);
+        let worlds = [0.3, 1.0, 5.0, 0.0].map(|size| Vec3::new(1.0, -0.4, 2.0) * size);
+        for step in [1e-3, 0.2] {
+            let (after, spins) =
+                split_four::<Plain>(turns.each_ref(), inertias.each_ref(), worlds.each_ref(), step);
+            for l in 0..4 {
+                let one = split(&turns[l], &inertias[l], &worlds[l], step);
+                assert!((one.coords - after[l].coords).norm() < 4e-16 * 4.0, "{step} {l}");
+                let turning = spin(&one, &inertias[l], &worlds[l]);
+                assert!((turning - spins[l]).norm() <= 1e-14 * turning.norm(), "{step} {l}");
+            }
+            #[cfg(target_arch = "x86_64")]
+            if is_x86_feature_detected!("avx2") {
+                #[target_feature(enable = "avx2")]
+                fn with_avx2(
+                    turns: [&Rotation; 4],
+                    inertias: [&Vec3; 4],
+                    worlds: [&Vec3; 4],
+                    step: f64,
+                ) -> ([Rotation; 4], [Vec3; 4]) {
+                    split_four::<crate::dem::lanes::Four>(turns, inertias, worlds, step)
+                }
+                let refs = (turns.each_ref(), inertias.each_ref(), worlds.each_ref());
+                // SAFETY: the processor has what the function asks for.
+                let four = unsafe { with_avx2(refs.0, refs.1, refs.2, step) };
+                assert_eq!(four, (after, spins));
+            }
         }
     }
 

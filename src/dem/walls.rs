@@ -1,102 +1,15 @@
-//! Contacts of spheres with planes and triangles.
+//! Contacts of spheres with triangles; those with planes are in [`super::planes`].
 //!
-//! Only spheres with a wall in their lists are looked at. O(listed walls); cannot fail.
+//! Only spheres with a triangle in their lists are looked at. O(listed triangles); cannot fail.
 
+use super::contacts::{self, Scratch, Spot};
 use super::forces::Field;
-use super::law::{self, Approach, BookView, Kind, Reply, Tally};
+use super::law::{BookView, Kind};
 use super::setting::wall_spin;
-use super::state::{Ball, Load};
+use super::state::Ball;
 use super::surface::{self, Feature};
 use crate::model::Scheme;
 use crate::num::Vec3;
-
-/// A sphere at a wall: what the wall is there.
-struct Spot {
-    /// Unit vector from the wall to the centre of the sphere.
-    normal: Vec3,
-    /// Distance between them, m.
-    distance: f64,
-    /// Velocity of the wall there, m/s.
-    velocity: Vec3,
-    /// Angular velocity of the wall, rad/s.
-    spin: Vec3,
-    material: u16,
-    /// Part of the overlap taken from the radius to give the lever arm.
-    share: f64,
-    touches: bool,
-}
-
-#[inline]
-fn at_wall<K: Kind>(
-    field: &Field<'_>,
-    slot: usize,
-    spot: &Spot,
-    book: &mut BookView<'_>,
-    k: usize,
-    load: &mut Load,
-    tally: &mut Tally,
-) {
-    let ball = &field.balls[slot];
-    let normal = spot.normal;
-    let overlap = ball.radius - spot.distance;
-    let arm = ball.radius - overlap * spot.share;
-    let mut velocity = ball.velocity - spot.velocity;
-    let mut spins = Vec3::zeros();
-    if K::FRICTION {
-        velocity += normal.cross(&(field.spins[slot] * arm));
-        spins = field.spins[slot] + spot.spin;
-        if field.yade {
-            // YADE takes the velocity at the contact point, where the arm ends.
-            velocity += spot.spin.cross(&(normal * (arm - spot.distance)));
-        }
-    }
-    let law = field.setting.pair(ball.material, spot.material);
-    let approach = Approach::new(normal, overlap, velocity, spins);
-    let Reply { normal: size, tangent } =
-        law::advance::<K>(field.rule, law, &approach, spot.touches, (book, k), tally);
-    if !spot.touches {
-        return;
-    }
-    let force = normal * size + tangent;
-    load.force += force;
-    if K::FRICTION {
-        load.torque -= normal.cross(&tangent) * arm;
-    }
-    tally.wall_power += force.dot(&spot.velocity);
-}
-
-#[inline]
-/// Contacts of a sphere with the planes near it.
-pub fn on_planes<K: Kind>(
-    field: &Field<'_>,
-    slot: usize,
-    partners: &[u32],
-    base: usize,
-    book: &mut BookView<'_>,
-    load: &mut Load,
-    tally: &mut Tally,
-) {
-    let ball = &field.balls[slot];
-    for (at, partner) in partners.iter().enumerate() {
-        let plane = &field.planes[*partner as usize];
-        let height = (ball.place - plane.point).dot(&plane.normal);
-        let touches = height.abs() <= ball.radius;
-        if !touches && !book.touching[base + at] {
-            continue;
-        }
-        let away = plane.normal * height;
-        let spot = Spot {
-            normal: plane.normal * 1f64.copysign(height),
-            distance: height.abs(),
-            velocity: plane.motion.velocity(&(ball.place - away)),
-            spin: wall_spin(&plane.motion),
-            material: plane.material,
-            share: plane.share,
-            touches,
-        };
-        at_wall::<K>(field, slot, &spot, book, base + at, load, tally);
-    }
-}
 
 /// A triangle near a sphere.
 #[derive(Debug, Clone, Copy)]
@@ -111,47 +24,58 @@ pub struct Hit {
     pub bare: bool,
 }
 
-#[allow(clippy::too_many_arguments)] // the arguments of `on_planes` and the scratch
-/// Contacts of a sphere with the triangles near it.
+/// Contacts of the sphere in `slot` with the triangles near it, whose entries of the book begin at `base`; the
+/// law answers several at a time (see [`contacts::meet`]).
 pub fn on_faces<K: Kind>(
     field: &Field<'_>,
-    slot: usize,
+    (slot, base): (usize, usize),
     partners: &[u32],
-    base: usize,
-    book: &mut BookView<'_>,
-    load: &mut Load,
-    tally: &mut Tally,
-    hits: &mut Vec<Hit>,
+    (block, book): (usize, &mut BookView<'_>),
+    scratch: &mut Scratch,
 ) {
     let ball = &field.balls[slot];
-    find_hits(field, ball, partners, &book.touching[base..], hits);
+    let mut hits = std::mem::take(&mut scratch.hits);
+    find_hits(field, ball, partners, &book.touching[base..], &mut hits);
     if K::FRICTION {
         if K::DAMPING {
-            hand_over::<true>(field, partners, base, book, hits);
+            hand_over::<true>(field, partners, base, book, &mut hits);
         } else {
-            hand_over::<false>(field, partners, base, book, hits);
+            hand_over::<false>(field, partners, base, book, &mut hits);
         }
     }
     for (at, (partner, hit)) in partners.iter().zip(hits.iter()).enumerate() {
-        if !hit.touches && !book.touching[base + at] {
-            continue;
+        if hit.touches || book.touching[base + at] {
+            let mut spot = spot::<K>(field, slot, *partner, hit);
+            (spot.first, spot.entry) = ((slot - block) as u16, base + at);
+            contacts::meet::<K>(field, &spot, (block, book), scratch);
         }
-        let number = field.setting.surfaces.wall[*partner as usize] as usize;
-        let (wall, motion) =
-            (&field.setting.model.walls[number], &field.setting.walls[number].motion);
-        let away = ball.place - hit.point;
-        let distance = away.norm();
-        let spot = Spot {
-            normal: away * distance.recip(),
-            distance,
-            velocity: motion.velocity(&hit.point),
-            spin: wall_spin(motion),
-            material: wall.material,
-            share: field.setting.wall_share,
-            touches: hit.touches,
-        };
-        at_wall::<K>(field, slot, &spot, book, base + at, load, tally);
     }
+    scratch.hits = hits;
+}
+
+/// Geometry and motion of a sphere at a triangle.
+fn spot<K: Kind>(field: &Field<'_>, slot: usize, partner: u32, hit: &Hit) -> Spot {
+    let ball = &field.balls[slot];
+    let number = field.setting.surfaces.wall[partner as usize] as usize;
+    let (wall, motion) = (&field.setting.model.walls[number], &field.setting.walls[number].motion);
+    let away = ball.place - hit.point;
+    let distance = away.norm();
+    let normal = away * distance.recip();
+    let overlap = ball.radius - distance;
+    let arm = ball.radius - overlap * field.setting.wall_share;
+    let (drift, turning) = (motion.velocity(&hit.point), wall_spin(motion));
+    let mut velocity = ball.velocity - drift;
+    let mut spins = Vec3::zeros();
+    if K::FRICTION {
+        velocity += normal.cross(&(field.spins[slot] * arm));
+        spins = field.spins[slot] + turning;
+        if field.yade {
+            // YADE takes the velocity at the contact point, where the arm ends.
+            velocity += turning.cross(&(normal * (arm - distance)));
+        }
+    }
+    let (material, touches) = (wall.material, hit.touches);
+    Spot { first: 0, material, entry: 0, normal, overlap, arm, velocity, spins, drift, touches }
 }
 
 /// Closest points, and which triangles touch under the rule of [`surface`].

@@ -19,8 +19,17 @@ pub fn deviation(values: &[f64]) -> f64 {
 
 /// Mean and half width of its two-sided 90 % confidence interval.
 pub fn interval(values: &[f64]) -> (f64, f64) {
+    interval_at(values, NINETY)
+}
+
+/// Mean and half width of its two-sided 95 % confidence interval.
+pub fn interval_95(values: &[f64]) -> (f64, f64) {
+    interval_at(values, NINETY_FIVE)
+}
+
+fn interval_at(values: &[f64], z: f64) -> (f64, f64) {
     let count = values.len() as f64;
-    let half = student(count - 1.0, NINETY) * deviation(values) / count.sqrt();
+    let half = student(count - 1.0, z) * deviation(values) / count.sqrt();
     (mean(values).unwrap_or(f64::NAN), half)
 }
 
@@ -62,9 +71,7 @@ impl Difference {
     pub fn of_pairs(sample: &[f64], reference: &[f64]) -> Self {
         let differences: Vec<f64> = sample.iter().zip(reference).map(|(a, b)| a - b).collect();
         let (middle, half_90) = interval(&differences);
-        let count = differences.len() as f64;
-        let half_95 = student(count - 1.0, NINETY_FIVE) * deviation(&differences) / count.sqrt();
-        Self { middle, half_90, half_95 }
+        Self { middle, half_90, half_95: interval_95(&differences).1 }
     }
 
     /// Equivalence within ± `margin`.

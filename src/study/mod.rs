@@ -74,6 +74,11 @@ pub const STUDIES: &[Study] = &[
         run: clump::study,
     },
     Study {
+        key: "motion",
+        summary: "rebound and angle of repose of fitted clumps beside the finest clump of their solid, with 95 % intervals",
+        run: stand_in::study,
+    },
+    Study {
         key: "reproduction",
         summary: "R1 to R5 against what their papers say of them: spheres at equal error, starts, constants, cost, thresholds",
         run: reproduction::study,

@@ -9,10 +9,14 @@
 //! gyration s about the vertical axis: tan α = 4 z / R, R = s √(10/3).
 //! Every sphere that touches has its own spring and dashpot, as in every DEM code: a clump that
 //! lies on a face with more spheres is stiffer there. That is part of what is measured.
+//! Means come with 95 % confidence intervals (Student's t): over the turns of the impacts, the root mean
+//! square difference by the interval of its square; over the seeds of the heaps, differences of
+//! angles in pairs of equal seeds.
 //! Cost O(spheres × steps): 48 grains and some 10⁴ steps a heap.
 
-use super::{Effort, StudyError, go_on, models};
-use crate::clump::Clump;
+use super::equivalence::{Difference, interval_95};
+use super::{Effort, StudyError, clump::solids, go_on, models};
+use crate::clump::{self, Clump, MassSource, Method};
 use crate::dem;
 use crate::model::{Body, Contact, Model, Motion, Outcome, Run, Scheme, Sphere, restitution};
 use crate::num::random::{rotation, stream, uniform};
@@ -26,6 +30,11 @@ use rayon::prelude::*;
 const DIAMETER: f64 = 0.02;
 const DENSITY: f64 = 2500.0;
 const KN: f64 = 2e4;
+/// Stiffness in a heap, N/m, where contacts need not be short: 0.2 % overlap under a grain's own weight times ten.
+const SOFT: f64 = 5e3;
+/// Steps in the shortest contact, of impacts and of heaps.
+const FINE: f64 = 50.0;
+const COARSE: f64 = 25.0;
 /// Speed of the impacts, m/s.
 const SPEED: f64 = 0.3;
 /// Grains of a heap: so many side by side, so many layers; width of the room, diameters.
@@ -52,6 +61,37 @@ struct Behaviour {
     angles: Vec<f64>,
 }
 
+/// The study `motion`, see [`super::STUDIES`].
+pub fn study(effort: Effort, job: &Job) -> Result<Findings, StudyError> {
+    let (names, counts): (&[&str], &[u32]) = match effort {
+        Effort::Quick => (&["cube", "sharp-0"], &[5, 15, 40]),
+        Effort::Full => (&["ellipsoid", "cube", "smooth-0", "sharp-0"], &[5, 10, 20, 50, 100]),
+    };
+    let mut ladders = Vec::new();
+    for solid in solids()?.iter().filter(|solid| names.contains(&solid.name.as_str())) {
+        let fit = |&count: &u32| {
+            go_on(job)?;
+            Method::by_key("fitted", count)
+                .and_then(|method| {
+                    clump::reproduce(solid, &method, MassSource::Solid, 0, 0, &job.with_threads(1))
+                })
+                .map_err(|error| StudyError::Work(error.to_string()))
+        };
+        let clumps = counts.iter().map(fit).collect::<Result<_, _>>()?;
+        ladders.push(Ladder { solid: solid.name.clone(), clumps });
+    }
+    let mut findings = Findings {
+        title: "What the error of a clump costs in a DEM run".into(),
+        question: "How far do rebounds and the angle of repose of a clump lie from those of the finest clump of its solid?".into(),
+        remarks: Vec::new(),
+        tables: Vec::new(),
+        charts: Vec::new(),
+        pictures: Vec::new(),
+    };
+    add(&mut findings, &ladders, effort, job)?;
+    Ok(findings)
+}
+
 /// Adds a table and two charts.
 pub fn add(
     findings: &mut Findings,
@@ -60,8 +100,8 @@ pub fn add(
     job: &Job,
 ) -> Result<(), StudyError> {
     let (turns, seeds): (u64, u64) = match effort {
-        Effort::Quick => (40, 2),
-        Effort::Full => (120, 4),
+        Effort::Quick => (100, 4),
+        Effort::Full => (200, 6),
     };
     let cases: Vec<(usize, usize)> = ladders
         .iter()
@@ -88,35 +128,40 @@ pub fn add(
     };
     let mut rest = &behaviours[..];
     let (mut rows, mut rebound, mut heap) = (Vec::new(), Vec::new(), Vec::new());
-    let mut worst: Vec<(usize, f64, f64)> = Vec::new();
+    let mut worst: Vec<Apart> = Vec::new();
     for ladder in ladders {
         let (mine, others) = rest.split_at(ladder.clumps.len());
         rest = others;
         let Some(finest) = mine.last() else { continue };
         let (mut off, mut angles) = (Vec::new(), Vec::new());
         for (rung, one) in mine.iter().enumerate() {
-            let difference = difference(one, finest);
-            let (angle, error) = (mean(&one.angles).unwrap_or(f64::NAN), scatter(&one.angles));
-            let from = angle - mean(&finest.angles).unwrap_or(f64::NAN);
+            let is_finest = rung + 1 == mine.len();
+            let [difference, from, to] = difference(one, finest).map(|share| 100.0 * share);
+            let (angle, angle_half) = interval_95(&one.angles);
+            let turned = Difference::of_pairs(&one.angles, &finest.angles);
             if angle.is_finite() {
                 angles.push((one.spheres as f64, angle));
             }
-            let is_finest = rung + 1 == mine.len();
-            if !is_finest && difference.is_finite() && from.is_finite() {
-                off.push((one.spheres as f64, 100.0 * difference));
-                worst.push((one.spheres, 100.0 * difference, from));
+            if !is_finest && difference.is_finite() && turned.middle.is_finite() {
+                off.push((one.spheres as f64, difference));
+                worst.push(Apart { spheres: one.spheres, rebound: difference, angle: turned });
             }
             let upward: Vec<f64> = one.rebounds.iter().map(|velocity| velocity.z).collect();
+            let (up, up_half) = interval_95(&upward);
             let or_empty = |value: f64| Cell::from(if is_finest { f64::NAN } else { value });
             rows.push(vec![
                 ladder.solid.as_str().into(),
                 (one.spheres as u64).into(),
                 one.error.into(),
-                mean(&upward).unwrap_or(f64::NAN).into(),
-                or_empty(100.0 * difference),
-                angle.into(),
-                error.into(),
+                up.into(),
+                up_half.into(),
+                or_empty(difference),
                 or_empty(from),
+                or_empty(to),
+                angle.into(),
+                angle_half.into(),
+                or_empty(turned.middle),
+                or_empty(turned.half_95),
             ]);
         }
         rebound.push(Series { name: ladder.solid.clone(), points: off, dots: true });
@@ -129,20 +174,35 @@ pub fn add(
     Ok(())
 }
 
-fn remark(worst: &[(usize, f64, f64)]) -> Option<String> {
-    let few = worst.iter().map(|w| w.0).min()?;
-    let many = worst.iter().map(|w| w.0).max()?;
+/// How far a clump is from the finest one of its solid.
+struct Apart {
+    spheres: usize,
+    /// %.
+    rebound: f64,
+    /// Degrees.
+    angle: Difference,
+}
+
+fn remark(worst: &[Apart]) -> Option<String> {
+    let few = worst.iter().map(|w| w.spheres).min()?;
+    let many = worst.iter().map(|w| w.spheres).max()?;
     let of = |count: usize| {
-        let mine: Vec<f64> = worst.iter().filter(|w| w.0 == count).map(|w| w.1).collect();
+        let mine: Vec<f64> =
+            worst.iter().filter(|w| w.spheres == count).map(|w| w.rebound).collect();
         mean(&mine)
     };
-    let angle = worst.iter().map(|w| w.2.abs()).fold(0.0, f64::max);
+    let largest =
+        worst.iter().max_by(|a, b| a.angle.middle.abs().total_cmp(&b.angle.middle.abs()))?;
+    let apart = worst.iter().filter(|w| w.angle.middle.abs() > w.angle.half_95).count();
     Some(format!(
         "In motion, beside the finest clump of the same solid: velocities after an impact differ by {:.0} % \
          of the speed with {few} spheres and by {:.0} % with {many} (root mean square); the angle of \
-         repose differs by {angle:.1}° at most.",
+         repose differs by {:.1} ± {:.1}° at most (95 %), and by more than chance in {apart} of {} clumps.",
         of(few)?,
-        of(many)?
+        of(many)?,
+        largest.angle.middle,
+        largest.angle.half_95,
+        worst.len()
     ))
 }
 
@@ -152,7 +212,7 @@ fn table(rows: Vec<Vec<Cell>>, turns: u64, seeds: u64) -> Sheet {
         title: "What the error costs in a DEM run".into(),
         caption: format!(
             "Fitted clumps of one solid beside its finest one. {turns} impacts on a plane (e = 0.5, μ = 0.5), \
-             each turned another way; {seeds} heaps of {} grains.",
+             each turned another way; {seeds} heaps of {} grains. ±, from, to: 95 % confidence.",
             SIDE * SIDE * LAYERS
         ),
         columns: [
@@ -160,10 +220,14 @@ fn table(rows: Vec<Vec<Cell>>, turns: u64, seeds: u64) -> Sheet {
             "spheres",
             "rms distance [%]",
             "mean rebound over speed",
+            "± rebound",
             "rebound off finest [%]",
+            "from [%]",
+            "to [%]",
             "angle of repose [degrees]",
-            "standard error [degrees]",
+            "± angle [degrees]",
             "angle off finest [degrees]",
+            "± angle off finest [degrees]",
         ]
         .map(String::from)
         .to_vec(),
@@ -186,7 +250,7 @@ fn rebounds(series: Vec<Series>) -> Chart {
 fn heaps(series: Vec<Series>, seeds: u64) -> Chart {
     Chart {
         title: "Angle of repose over spheres".into(),
-        caption: format!("Mean of {seeds} heaps; standard errors are in the table."),
+        caption: format!("Mean of {seeds} heaps; confidence intervals are in the table."),
         x: Axis::log("spheres", ""),
         y: Axis::linear("angle", "degrees"),
         series,
@@ -194,22 +258,16 @@ fn heaps(series: Vec<Series>, seeds: u64) -> Chart {
     }
 }
 
-/// Root mean square of the differences of the velocities after the impacts, over the speed; not
-/// a number where one of them did not end.
-fn difference(one: &Behaviour, other: &Behaviour) -> f64 {
+/// Root mean square of the differences of the velocities after the impacts, over the speed, and
+/// the ends of its 95 % interval; not a number where one of them did not end.
+fn difference(one: &Behaviour, other: &Behaviour) -> [f64; 3] {
     if one.rebounds.len() != other.rebounds.len() {
-        return f64::NAN;
+        return [f64::NAN; 3];
     }
-    let all: Vec<f64> =
-        one.rebounds.iter().zip(&other.rebounds).map(|(a, b)| (a - b).norm()).collect();
-    root_mean_square(&all).unwrap_or(f64::NAN)
-}
-
-/// Standard error of the mean.
-fn scatter(values: &[f64]) -> f64 {
-    let (count, middle) = (values.len() as f64, mean(values).unwrap_or(f64::NAN));
-    let squares: f64 = values.iter().map(|value| (value - middle).powi(2)).sum();
-    (squares / (count - 1.0) / count).sqrt()
+    let squares: Vec<f64> =
+        one.rebounds.iter().zip(&other.rebounds).map(|(a, b)| (a - b).norm_squared()).collect();
+    let (middle, half) = interval_95(&squares);
+    [middle, (middle - half).max(0.0), middle + half].map(f64::sqrt)
 }
 
 /// Largest bounding radius of the clumps of a solid at the size of the study, m.
@@ -242,11 +300,11 @@ fn behaviour(
     Ok(Behaviour { spheres: clump.balls.len(), error, rebounds, angles })
 }
 
-/// A model of nothing but a plane at z = 0.
-fn ground(wanted_restitution: f64, share: f64) -> Model {
+/// A model of nothing but a plane at z = 0, with springs of `kn` N/m.
+fn ground(kn: f64, wanted_restitution: f64, share: f64) -> Model {
     let mass = DENSITY * std::f64::consts::PI / 6.0 * DIAMETER.powi(3);
-    let cn = restitution::dashpot(wanted_restitution, KN, share * mass, false).unwrap_or(0.0);
-    let contact = Contact { kn: KN, kt: 2.0 / 7.0 * KN, cn, ct: 0.0, friction: 0.5 };
+    let cn = restitution::dashpot(wanted_restitution, kn, share * mass, false).unwrap_or(0.0);
+    let contact = Contact { kn, kt: 2.0 / 7.0 * kn, cn, ct: 0.0, friction: 0.5 };
     let mut model = models::empty(Scheme::Leapfrog, contact, DENSITY);
     models::plane(&mut model, Vec3::zeros(), Vec3::z(), Motion::Still);
     model.domain.low = Vec3::repeat(-1e3 * DIAMETER);
@@ -273,13 +331,13 @@ fn put(model: &mut Model, clump: &Clump, place: Vec3, turn: Rotation, velocity: 
     });
 }
 
-/// Runs a model at a fiftieth of its shortest contact; `None` where the guard stops it.
+/// Runs a model with `fineness` steps in its shortest contact; `None` where the guard stops it.
 ///
 /// Overlaps are small beside a grain, not beside the smallest of its spheres, which the guard and
 /// the advised step would compare them with.
-fn run(mut model: Model, duration: f64) -> Result<Option<(Model, Run)>, StudyError> {
+fn run(mut model: Model, fineness: f64, duration: f64) -> Result<Option<(Model, Run)>, StudyError> {
     let advice = dem::advise(&model);
-    model.plan.step = (advice.contact_time / 50.0).min(0.5 * advice.limit);
+    model.plan.step = (advice.contact_time / fineness).min(0.5 * advice.limit);
     model.plan.steps = (duration / model.plan.step).ceil() as u64;
     (model.plan.guard.overlap, model.plan.guard.travel) = (1e3, 10.0);
     let run =
@@ -289,7 +347,7 @@ fn run(mut model: Model, duration: f64) -> Result<Option<(Model, Run)>, StudyErr
 
 /// Velocities after impacts on a plane over the speed before, one for each turn.
 fn impacts(clump: &Clump, reach: f64, turns: u64) -> Result<Vec<Vec3>, StudyError> {
-    let mut model = ground(0.5, 1.0);
+    let mut model = ground(KN, 0.5, 1.0);
     let columns = (turns as f64).sqrt().ceil() as u64;
     for index in 0..turns {
         let turn = rotation(&mut stream(1, "impacts", index));
@@ -306,7 +364,7 @@ fn impacts(clump: &Clump, reach: f64, turns: u64) -> Result<Vec<Vec3>, StudyErro
     }
     let mass = DENSITY * clump.volume;
     let contact = std::f64::consts::PI * (mass / KN).sqrt();
-    let ended = run(model, 1e-3 * DIAMETER / SPEED + 4.0 * contact)?;
+    let ended = run(model, FINE, 1e-3 * DIAMETER / SPEED + 4.0 * contact)?;
     let last = ended.and_then(|(_, run)| run.frames.last().cloned());
     Ok(last.map_or(Vec::new(), |frame| {
         frame.bodies.iter().map(|state| state.velocity / SPEED).collect()
@@ -316,7 +374,7 @@ fn impacts(clump: &Clump, reach: f64, turns: u64) -> Result<Vec<Vec3>, StudyErro
 /// Angle of the heap that is left of grains that settled between walls, degrees; not a number
 /// where the guard stopped the run.
 fn repose(clump: &Clump, reach: f64, seed: u64) -> Result<f64, StudyError> {
-    let mut model = ground(0.3, 0.5);
+    let mut model = ground(SOFT, 0.3, 0.5);
     model.gravity = -9.81 * Vec3::z();
     let half = (0.5 * ROOM * DIAMETER).max(1.05 * reach);
     for side in [Vec3::x(), -Vec3::x(), Vec3::y(), -Vec3::y()] {
@@ -340,7 +398,7 @@ fn repose(clump: &Clump, reach: f64, seed: u64) -> Result<f64, StudyError> {
     }
     let fall =
         (2.0 * 2.02 * reach * f64::from(SIDE * SIDE * LAYERS / abreast / abreast) / 9.81).sqrt();
-    let Some((mut model, settled)) = run(model, fall + 0.3)? else { return Ok(f64::NAN) };
+    let Some((mut model, settled)) = run(model, COARSE, fall + 0.3)? else { return Ok(f64::NAN) };
     model.walls.truncate(1);
     if let Some(last) = settled.frames.last() {
         for (body, state) in model.bodies.iter_mut().zip(&last.bodies) {
@@ -348,7 +406,7 @@ fn repose(clump: &Clump, reach: f64, seed: u64) -> Result<f64, StudyError> {
             (body.velocity, body.spin) = (state.velocity, state.spin);
         }
     }
-    let Some((_, run)) = run(model, 0.6)? else { return Ok(f64::NAN) };
+    let Some((_, run)) = run(model, COARSE, 0.6)? else { return Ok(f64::NAN) };
     let places: Vec<Vec3> =
         run.frames.last().map_or(Vec::new(), |f| f.bodies.iter().map(|s| s.position).collect());
     Ok(cone(&places))
@@ -393,7 +451,9 @@ mod tests {
         let ladder = Ladder { solid: "ball".into(), clumps: vec![ball.clone(), ball] };
         assert!((reach(&ladder) / (0.5 * DIAMETER) - 1.0).abs() < 1e-9);
         let of = |rebounds| Behaviour { spheres: 1, error: 0.0, rebounds, angles: vec![1.0, 2.0] };
-        assert_eq!(difference(&of(rebounds.clone()), &of(rebounds)), 0.0);
-        assert!((scatter(&[1.0, 2.0]) - 0.5).abs() < 1e-12);
+        let other: Vec<Vec3> = rebounds.iter().map(|v| v + Vec3::new(0.1, 0.0, 0.0)).collect();
+        assert_eq!(difference(&of(rebounds.clone()), &of(rebounds.clone())), [0.0; 3]);
+        let apart = difference(&of(other), &of(rebounds));
+        assert!(apart.iter().all(|share| (share - 0.1).abs() < 1e-6), "{apart:?}");
     }
 }

@@ -213,6 +213,8 @@ pub trait Wide<const W: usize>: Lanes {
     fn keep(row: Self::Row, line: &mut Line);
     /// Sum of two lines.
     fn sum(a: Self::Row, b: Self::Row) -> Self::Row;
+    /// Adds the first four numbers of a row to those of a line.
+    fn add_half(row: Self::Row, line: &mut Line);
     /// Difference of two lines.
     fn difference(a: Self::Row, b: Self::Row) -> Self::Row;
     /// Product of two lines, number by number.
@@ -225,6 +227,10 @@ pub trait Wide<const W: usize>: Lanes {
     fn triples(values: [&Vec3; W]) -> Triple<Self>;
     /// `W` sums of two vectors each.
     fn triple_sums(a: [&Vec3; W], b: [&Vec3; W]) -> Triple<Self>;
+    /// The three numbers of a vector, then zeros.
+    fn three(value: &Vec3) -> Self;
+    /// Writes the first three numbers.
+    fn keep_three(self, value: &mut Vec3);
     /// `W` vectors that follow each other.
     fn unpack3(values: &[Vec3; W]) -> Triple<Self>;
     /// Writes them.

@@ -97,6 +97,12 @@ impl Wide<4> for Plain {
         from_fn(|l| a[l] + b[l])
     }
     #[inline(always)]
+    fn add_half(row: [f64; 8], line: &mut Line) {
+        for l in 0..4 {
+            line.0[l] += row[l];
+        }
+    }
+    #[inline(always)]
     fn difference(a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
         from_fn(|l| a[l] - b[l])
     }
@@ -120,6 +126,14 @@ impl Wide<4> for Plain {
     #[inline(always)]
     fn triple_sums(a: [&Vec3; 4], b: [&Vec3; 4]) -> Triple<Self> {
         Self::triples(a) + Self::triples(b)
+    }
+    #[inline(always)]
+    fn three(value: &Vec3) -> Self {
+        Self([value.x, value.y, value.z, 0.0])
+    }
+    #[inline(always)]
+    fn keep_three(self, value: &mut Vec3) {
+        *value = Vec3::new(self.0[0], self.0[1], self.0[2]);
     }
     #[inline(always)]
     fn unpack3(values: &[Vec3; 4]) -> Triple<Self> {

@@ -184,6 +184,12 @@ impl Wide<4> for Four {
         unsafe { [_mm256_add_pd(a[0], b[0]), _mm256_add_pd(a[1], b[1])] }
     }
     #[inline(always)]
+    fn add_half(row: Self::Row, line: &mut Line) {
+        let at = line.0.as_mut_ptr();
+        // SAFETY: see above; four of eight numbers.
+        unsafe { _mm256_storeu_pd(at, _mm256_add_pd(_mm256_loadu_pd(at), row[0])) }
+    }
+    #[inline(always)]
     fn difference(a: Self::Row, b: Self::Row) -> Self::Row {
         // SAFETY: see above.
         unsafe { [_mm256_sub_pd(a[0], b[0]), _mm256_sub_pd(a[1], b[1])] }
@@ -223,6 +229,19 @@ impl Wide<4> for Four {
         };
         let [x, y, z, _] = turn4(r);
         Triple { x: Self(x), y: Self(y), z: Self(z) }
+    }
+    #[inline(always)]
+    fn three(value: &Vec3) -> Self {
+        Self(three(value))
+    }
+    #[inline(always)]
+    fn keep_three(self, value: &mut Vec3) {
+        let at = value.as_mut_ptr();
+        // SAFETY: see above; two numbers and one.
+        unsafe {
+            _mm_storeu_pd(at, _mm256_castpd256_pd128(self.0));
+            _mm_store_sd(at.add(2), _mm256_extractf128_pd::<1>(self.0));
+        }
     }
     #[inline(always)]
     fn unpack3(values: &[Vec3; 4]) -> Triple<Self> {
@@ -444,6 +463,15 @@ impl Wide<8> for Eight {
         unsafe { _mm512_add_pd(a, b) }
     }
     #[inline(always)]
+    fn add_half(row: __m512d, line: &mut Line) {
+        let at = line.0.as_mut_ptr();
+        // SAFETY: see above; four of eight numbers.
+        unsafe {
+            let half = _mm512_castpd512_pd256(row);
+            _mm256_storeu_pd(at, _mm256_add_pd(_mm256_loadu_pd(at), half));
+        }
+    }
+    #[inline(always)]
     fn difference(a: __m512d, b: __m512d) -> __m512d {
         // SAFETY: see above.
         unsafe { _mm512_sub_pd(a, b) }
@@ -490,6 +518,16 @@ impl Wide<8> for Eight {
                 _mm256_add_pd(masked(a[7]), masked(b[7])),
             ])
         }
+    }
+    #[inline(always)]
+    fn three(value: &Vec3) -> Self {
+        // SAFETY: see above; the mask keeps the read within the vector.
+        Self(unsafe { _mm512_maskz_loadu_pd(0b111, value.as_ptr()) })
+    }
+    #[inline(always)]
+    fn keep_three(self, value: &mut Vec3) {
+        // SAFETY: see above.
+        unsafe { _mm512_mask_storeu_pd(value.as_mut_ptr(), 0b111, self.0) }
     }
     #[inline(always)]
     fn unpack3(values: &[Vec3; 8]) -> Triple<Self> {

@@ -1,0 +1,120 @@
+//! What the sweeps of [`super`] hand each other.
+
+use super::*;
+
+/// One quantity of all pairs of a sweep.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+pub struct Column(pub [f64; SWEEP]);
+
+/// What the sweeps over the same pairs hand each other, and the lines of the block.
+#[derive(Debug)]
+pub struct Scratch {
+    /// Unit normal towards the first sphere.
+    pub unit: Triple<Column>,
+    /// Velocity of the first contact point relative to the other, m/s.
+    pub velocity: Triple<Column>,
+    /// Sum of both angular velocities, rad/s; where springs turn with it only.
+    pub spins: Triple<Column>,
+    /// Springs of the last pass, turned with the contacts, m.
+    pub before: Triple<Column>,
+    /// Overlap, m.
+    pub overlap: Column,
+    /// Lever arms, m.
+    pub arms: [Column; 2],
+    /// Which pairs touch, a bit each.
+    pub touches: [u8; SWEEP],
+    /// Force on the first sphere, N.
+    pub push: Triple<Column>,
+    /// Normal × tangential force, N.
+    pub couple: Triple<Column>,
+    /// Energies taken, J, one sum for each place in a group; and the power of moving planes, W.
+    pub sums: [[f64; GROUP]; 3],
+    pub power: [f64; GROUP],
+    /// Velocity of the planes, m/s; where they move only.
+    pub drift: Triple<Column>,
+    /// Triangles that wait until they fill a sweep.
+    pub waiting: Waiting,
+    /// Closest points of the triangles near a sphere.
+    pub hits: Vec<Hit>,
+    /// Force and torque on each sphere of the block, then on strangers; zeros between blocks.
+    pub pulls: Vec<Line>,
+}
+
+impl Default for Scratch {
+    fn default() -> Self {
+        let column = || Column([0.0; SWEEP]);
+        let triple = || Triple { x: column(), y: column(), z: column() };
+        Self {
+            unit: triple(),
+            velocity: triple(),
+            spins: triple(),
+            before: triple(),
+            overlap: column(),
+            arms: [column(), column()],
+            touches: [0; SWEEP],
+            push: triple(),
+            couple: triple(),
+            sums: [[0.0; GROUP]; 3],
+            power: [0.0; GROUP],
+            drift: triple(),
+            waiting: Waiting { first: [0; SWEEP], second: [0; SWEEP], entry: [0; SWEEP], count: 0 },
+            hits: Vec::new(),
+            pulls: Vec::new(),
+        }
+    }
+}
+
+impl Scratch {
+    /// Bytes that it takes.
+    #[cfg(test)]
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>() + self.pulls.capacity() * size_of::<Line>()
+    }
+}
+
+impl Column {
+    #[inline(always)]
+    pub fn get<const W: usize, L: Wide<W>>(&self, at: usize) -> L {
+        L::load(chunk(&self.0, within::<W>(at)))
+    }
+
+    #[inline(always)]
+    pub fn set<const W: usize, L: Wide<W>>(&mut self, at: usize, value: L) {
+        value.store(chunk_mut(&mut self.0, within::<W>(at)));
+    }
+}
+
+/// `at`, of which the compiler then sees that `W` entries from there lie within a column.
+#[inline(always)]
+pub fn within<const W: usize>(at: usize) -> usize {
+    at & (SWEEP - W)
+}
+
+/// `values` in groups of `W`.
+#[inline(always)]
+pub fn groups<const W: usize, T>(values: &[T], count: usize) -> &[[T; W]] {
+    &values.as_chunks().0[..count]
+}
+
+/// The same, to be written; from entry `base`.
+#[inline(always)]
+pub fn groups_mut<const W: usize, T>(values: &mut [T], base: usize, count: usize) -> &mut [[T; W]] {
+    // What is not kept is empty.
+    let from = base.min(values.len());
+    &mut values[from..].as_chunks_mut().0[..count]
+}
+
+impl Triple<Column> {
+    #[inline(always)]
+    pub fn get<const W: usize, L: Wide<W>>(&self, at: usize) -> Triple<L> {
+        Triple { x: self.x.get(at), y: self.y.get(at), z: self.z.get(at) }
+    }
+
+    #[inline(always)]
+    pub fn set<const W: usize, L: Wide<W>>(&mut self, at: usize, value: Triple<L>) {
+        self.x.set(at, value.x);
+        self.y.set(at, value.y);
+        self.z.set(at, value.z);
+    }
+}

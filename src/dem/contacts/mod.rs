@@ -1,0 +1,668 @@
+//! Contacts between the spheres of one block, several pairs side by side, in four sweeps over a
+//! few dozen pairs at a time; contacts with planes the same way (first and last sweep: [`super::planes`]), and with
+//! triangles (see [`faces`]).
+//!
+//! A sphere is one line of the cache. First the lines of both spheres of each pair are read whole and
+//! their differences turned in registers, so that each quantity of all pairs stands side by
+//! side; then springs are turned with their contacts, and the law answers (see [`super::law`]); then forces are turned back into lines and added
+//! to both spheres in the order of the list. Pairs that are apart go through the law
+//! like the others and get no force: few listed pairs are.
+//!
+//! The same functions are compiled for eight pairs (AVX-512), four (AVX2) and four on any processor,
+//! and chosen when the program runs. The first and last sweep do not know the
+//! law, the others not the sizes: few versions of each are needed. Pairs are taken in groups of eight, with one sum of each
+//! energy for each place in the group: all versions give the same bytes.
+//! O(listed pairs); cannot fail.
+
+mod columns;
+mod faces;
+#[cfg(test)]
+mod tests;
+mod version;
+
+pub use columns::{Column, Scratch, groups, within};
+pub use faces::{Spot, answer_waiting, meet};
+
+use super::forces::Field;
+#[cfg(target_arch = "x86_64")]
+use super::lanes::{Eight, Four};
+use super::lanes::{Lanes, Line, Plain, Triple, Wide};
+use super::law::{
+    self, Approach, BookView, Kind, Parameters, Past, Response, Tally, Variant, respond, softness,
+};
+use super::planes;
+use super::state::Load;
+use super::walls::Hit;
+use crate::model::History;
+use crate::num::Vec3;
+use columns::groups_mut;
+use faces::Waiting;
+use std::array::from_fn;
+use version::Version;
+
+/// Pairs that are taken together, on every processor.
+pub const GROUP: usize = 8;
+
+const ZEROS: Line = Line([0.0; 8]);
+/// What the second sphere gets of the first one's force and torque where all are alike.
+const AGAINST: Line = Line([-1.0, -1.0, -1.0, 0.0, 1.0, 1.0, 1.0, 0.0]);
+
+/// Eight answers for each set of bits.
+const ANSWERS: [[bool; GROUP]; 256] = {
+    let mut table = [[false; GROUP]; 256];
+    let mut bits = 0;
+    while bits < 256 {
+        let mut lane = 0;
+        while lane < GROUP {
+            table[bits][lane] = bits >> lane & 1 == 1;
+            lane += 1;
+        }
+        bits += 1;
+    }
+    table
+};
+
+/// Pairs a sweep: what the sweeps hand each other stays in the innermost cache. A multiple of
+/// [`GROUP`].
+const SWEEP: usize = 64;
+
+/// Spheres of scenes up to this size stay near the processor by themselves.
+const NEAR: usize = 4096;
+
+/// The pairs of a block in the order of the list, or its spheres with the planes near them.
+#[derive(Debug, Clone, Copy)]
+pub struct Pairs<'a> {
+    /// Slot of the first sphere of the block.
+    pub block: usize,
+    /// Places of the first spheres in the block.
+    pub first: &'a [u16],
+    /// What the second are: see [`Second`].
+    pub second: &'a [u32],
+    /// Places of the second in the block: its spheres, then strangers; of spheres only.
+    pub seats: &'a [u16],
+    /// What kind they are.
+    pub kind: Second,
+}
+
+/// What spheres meet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Second {
+    /// Spheres, by their slots.
+    Balls,
+    /// Planes, by their numbers.
+    Planes,
+    /// Triangles, by the material of their wall.
+    Faces,
+}
+
+impl<'a> Pairs<'a> {
+    #[inline(always)]
+    fn slice(self, from: usize, to: usize) -> Self {
+        Self {
+            block: self.block,
+            first: &self.first[from..to],
+            second: &self.second[from..to],
+            seats: if self.kind == Second::Balls { &self.seats[from..to] } else { &[] },
+            kind: self.kind,
+        }
+    }
+}
+
+/// Part of the results that belongs to one block.
+pub struct Part<'a> {
+    /// Loads of its spheres.
+    pub loads: &'a mut [Load],
+    /// Entries of the book that belong to its pairs.
+    pub book: BookView<'a>,
+    /// The same with planes.
+    pub planes: BookView<'a>,
+    /// Loads on spheres of later blocks that its pairs reach, in the order of their seats.
+    pub strangers: &'a mut [Load],
+}
+
+/// Answers all pairs whose first sphere is in the block, then its planes. To be followed by
+/// [`finish`], before which triangles may be answered.
+pub fn block<K: Kind>(
+    field: &Field<'_>,
+    pairs: [Pairs<'_>; 2],
+    part: &mut Part<'_>,
+    scratch: &mut Scratch,
+) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        if Eight::is_here() {
+            return all::<Eight, K>(field, pairs, part, scratch);
+        }
+        if Four::is_here() {
+            return all::<Four, K>(field, pairs, part, scratch);
+        }
+    }
+    all::<Plain, K>(field, pairs, part, scratch)
+}
+
+/// [`block`] with one version.
+fn all<V: Version, K: Kind>(
+    field: &Field<'_>,
+    [pairs, planes]: [Pairs<'_>; 2],
+    part: &mut Part<'_>,
+    scratch: &mut Scratch,
+) {
+    (scratch.sums, scratch.power) = ([[0.0; GROUP]; 3], [0.0; GROUP]);
+    scratch.pulls.resize(part.loads.len() + part.strangers.len(), ZEROS);
+    sweeps::<V, K>(field, pairs, &mut part.book, scratch);
+    sweeps::<V, K>(field, planes, &mut part.planes, scratch);
+}
+
+/// Sets the loads of a block and of strangers; what its contacts took.
+pub fn finish(part: &mut Part<'_>, scratch: &mut Scratch) -> Tally {
+    let (own, away) = scratch.pulls.split_at_mut(part.loads.len());
+    take(part.loads, own);
+    take(part.strangers, away);
+    let [normal_dashpot, tangential_dashpot, slip] = scratch.sums.map(|sums| sums.iter().sum());
+    let wall_power = scratch.power.iter().sum();
+    Tally { normal_dashpot, tangential_dashpot, slip, wall_power, ..Tally::default() }
+}
+
+/// Hands over what was summed, and leaves zeros for the next block while the lines are at hand.
+fn take(loads: &mut [Load], pulls: &mut [Line]) {
+    for (load, pull) in loads.iter_mut().zip(pulls) {
+        let Line([a, b, c, _, d, e, f, _]) = *pull;
+        *load = Load { force: Vec3::new(a, b, c), torque: Vec3::new(d, e, f) };
+        *pull = ZEROS;
+    }
+}
+
+/// All pairs, or all planes, with one version.
+fn sweeps<V: Version, K: Kind>(
+    field: &Field<'_>,
+    pairs: Pairs<'_>,
+    book: &mut BookView<'_>,
+    scratch: &mut Scratch,
+) {
+    let whole = pairs.first.len() / GROUP * GROUP;
+    for begin in (0..whole).step_by(SWEEP) {
+        if field.balls.len() > NEAR && pairs.kind == Second::Balls {
+            let next = begin + SWEEP..(begin + 2 * SWEEP).min(whole);
+            let ahead = pairs.second.get(next).unwrap_or_default();
+            ahead.iter().for_each(|slot| fetch(field, *slot as usize));
+        }
+        let pairs = pairs.slice(begin, (begin + SWEEP).min(whole));
+        let count = pairs.first.len();
+        sweep::<V, K>(field, pairs, count, (book, begin), scratch);
+    }
+    if whole < pairs.first.len() {
+        rest::<V, K>(field, pairs, book, whole, scratch);
+    }
+}
+
+/// Asks for what the next sweep reads of a sphere, which stands anywhere near in memory.
+#[inline(always)]
+fn fetch(field: &Field<'_>, slot: usize) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        let ball = field.balls.as_ptr().wrapping_add(slot);
+        let spin = field.spins.as_ptr().wrapping_add(slot);
+        // SAFETY: fetching has no effect but on time, whatever the address.
+        unsafe {
+            _mm_prefetch::<_MM_HINT_T0>(ball.cast());
+            _mm_prefetch::<_MM_HINT_T0>(spin.cast());
+        }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (field, slot);
+}
+
+/// All three sweeps over the same pairs, see [`approach`].
+fn sweep<V: Version, K: Kind>(
+    field: &Field<'_>,
+    pairs: Pairs<'_>,
+    count: usize,
+    book: (&mut BookView<'_>, usize),
+    scratch: &mut Scratch,
+) {
+    if pairs.kind == Second::Planes {
+        return sweep_planes::<V, K>(field, pairs, count, book, scratch);
+    }
+    let mixed = field.setting.alike.is_none();
+    let turned = K::HISTORY == History::Rotated;
+    match (K::FRICTION, turned, mixed) {
+        (false, _, false) => V::approach::<0, false>(field, pairs, count, scratch),
+        (false, _, true) => V::approach::<0, true>(field, pairs, count, scratch),
+        (true, false, false) => V::approach::<1, false>(field, pairs, count, scratch),
+        (true, false, true) => V::approach::<1, true>(field, pairs, count, scratch),
+        (true, true, false) => V::approach::<2, false>(field, pairs, count, scratch),
+        (true, true, true) => V::approach::<2, true>(field, pairs, count, scratch),
+    }
+    follow::<V, K>(field, (&*book.0, book.1), pairs.first.len(), scratch);
+    V::answer::<K>(field, pairs, book, scratch);
+    match (K::FRICTION, mixed) {
+        (false, _) => V::deliver::<0, false>(pairs, scratch),
+        (true, false) => V::deliver::<1, false>(pairs, scratch),
+        (true, true) => V::deliver::<1, true>(pairs, scratch),
+    }
+}
+
+/// See [`carry`].
+fn follow<V: Version, K: Kind>(
+    field: &Field<'_>,
+    (book, base): (&BookView<'_>, usize),
+    count: usize,
+    scratch: &mut Scratch,
+) {
+    match (K::FRICTION, K::HISTORY) {
+        (false, _) => {}
+        (true, History::Projected) => V::carry::<0>(field, (book, base), count, scratch),
+        (true, History::Rescaled) => V::carry::<1>(field, (book, base), count, scratch),
+        (true, History::Rotated) => V::carry::<2>(field, (book, base), count, scratch),
+    }
+}
+
+/// The same with planes.
+fn sweep_planes<V: Version, K: Kind>(
+    field: &Field<'_>,
+    pairs: Pairs<'_>,
+    count: usize,
+    book: (&mut BookView<'_>, usize),
+    scratch: &mut Scratch,
+) {
+    let moving = field.planes.moving;
+    match (K::FRICTION, moving) {
+        (false, false) => V::approach_planes::<false, false>(field, pairs, count, scratch),
+        (false, true) => V::approach_planes::<false, true>(field, pairs, count, scratch),
+        (true, false) => V::approach_planes::<true, false>(field, pairs, count, scratch),
+        (true, true) => V::approach_planes::<true, true>(field, pairs, count, scratch),
+    }
+    follow::<V, K>(field, (&*book.0, book.1), pairs.first.len(), scratch);
+    V::answer::<K>(field, pairs, book, scratch);
+    match (K::FRICTION, moving) {
+        (false, false) => V::deliver_planes::<false, false>(pairs, scratch),
+        (false, true) => V::deliver_planes::<false, true>(pairs, scratch),
+        (true, false) => V::deliver_planes::<true, false>(pairs, scratch),
+        (true, true) => V::deliver_planes::<true, true>(pairs, scratch),
+    }
+}
+
+/// The last pairs, fewer than a group: the group is filled up with pairs that do not count.
+fn rest<V: Version, K: Kind>(
+    field: &Field<'_>,
+    pairs: Pairs<'_>,
+    whole: &mut BookView<'_>,
+    from: usize,
+    scratch: &mut Scratch,
+) {
+    let count = pairs.first.len() - from;
+    fn filled<T: Copy>(slots: &[T]) -> [T; GROUP] {
+        from_fn(|l| slots[l.min(slots.len() - 1)])
+    }
+    let left = pairs.slice(from, pairs.first.len());
+    let (first, second) = (filled(left.first), filled(left.second));
+    let seats = match left.kind {
+        Second::Balls => filled(left.seats),
+        _ => [0; GROUP],
+    };
+    let pairs = Pairs { first: &first, second: &second, seats: &seats, ..pairs };
+    let mut touching = [false; GROUP];
+    let (mut spring, mut normal) = ([Vec3::zeros(); GROUP], [Vec3::zeros(); GROUP]);
+    let (mut lag, mut power) = ([0.0; GROUP], [0.0; GROUP]);
+    let rotated = K::FRICTION && K::HISTORY == History::Rotated;
+    let entries = from..from + count;
+    if K::FRICTION {
+        spring[..count].copy_from_slice(&whole.spring[entries.clone()]);
+    }
+    if rotated {
+        normal[..count].copy_from_slice(&whole.normal[entries.clone()]);
+    }
+    if K::DAMPING {
+        lag[..count].copy_from_slice(&whole.lag[entries.clone()]);
+    }
+    if K::FRICTION && K::DAMPING {
+        power[..count].copy_from_slice(&whole.power[entries.clone()]);
+    }
+    let mut book = BookView {
+        touching: &mut touching,
+        spring: &mut spring,
+        lag: &mut lag,
+        power: &mut power,
+        normal: &mut normal,
+        pull: &mut [],
+    };
+    sweep::<V, K>(field, pairs, count, (&mut book, 0), scratch);
+    whole.touching[entries.clone()].copy_from_slice(&touching[..count]);
+    if K::FRICTION {
+        whole.spring[entries.clone()].copy_from_slice(&spring[..count]);
+    }
+    if rotated {
+        whole.normal[entries.clone()].copy_from_slice(&normal[..count]);
+    }
+    if K::DAMPING {
+        whole.lag[entries.clone()].copy_from_slice(&lag[..count]);
+    }
+    if K::FRICTION && K::DAMPING {
+        whole.power[entries].copy_from_slice(&power[..count]);
+    }
+}
+
+/// `W` entries from `at`.
+#[inline(always)]
+pub fn chunk<const W: usize, T>(values: &[T], at: usize) -> &[T; W] {
+    // Groups lie within the lists: `at + W` is never above the length.
+    values[at..].first_chunk().expect("a whole group")
+}
+
+/// `W` entries from `at`, to be written.
+#[inline(always)]
+pub fn chunk_mut<const W: usize, T>(values: &mut [T], at: usize) -> &mut [T; W] {
+    // See `chunk`.
+    values[at..].first_chunk_mut().expect("a whole group")
+}
+
+/// First sweep: geometry and motion of the pairs, of which the first `count` may touch.
+#[inline(always)]
+fn approach<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
+    field: &Field<'_>,
+    pairs: Pairs<'_>,
+    count: usize,
+    scratch: &mut Scratch,
+) {
+    check(pairs, field, scratch.pulls.len());
+    let Field { balls, spins, setting, yade, .. } = field;
+    let alike = L::splat(setting.alike.map_or(0.0, |(_, radius)| radius));
+    let share = L::splat(setting.share);
+    let slide_share = L::splat(setting.slide_share);
+    let whole = pairs.first.len() / W;
+    let (first, second) = (groups::<W, _>(pairs.first, whole), groups::<W, _>(pairs.second, whole));
+    for group in 0..whole {
+        let (at, me, them) = (within::<W>(group * W), &first[group], &second[group]);
+        let (ours, theirs) = (entries(balls, pairs.block, me), entries(balls, 0, them));
+        let mut rows = [L::row(&ZEROS); W];
+        for l in 0..W {
+            rows[l] = L::difference(L::row(ours[l].line()), L::row(theirs[l].line()));
+        }
+        let [x, y, z, _, u, v, w, _] = L::columns(rows);
+        let (mut between, mut velocity) = (Triple { x, y, z }, Triple { x: u, y: v, z: w });
+        if setting.needs.periodic {
+            between = nearest(between, &setting.edges);
+        }
+        let radii = if MIXED {
+            [L::load(&ours.map(|ball| ball.radius)), L::load(&theirs.map(|ball| ball.radius))]
+        } else {
+            [alike; 2]
+        };
+        let square = between.dot(between);
+        let sum = radii[0] + radii[1];
+        let near = if *yade { square.at_most(sum * sum) } else { square.below(sum * sum) };
+        let real = (1u32 << (count - at.min(count)).min(W)) - 1;
+        scratch.touches[at] = L::bits(near) & real as u8;
+        let distance = square.sqrt();
+        let unit = between * (L::splat(1.0) / distance);
+        let overlap = sum - distance;
+        scratch.unit.set(at, unit);
+        scratch.overlap.set(at, overlap);
+        if SPINS > 0 {
+            let arms = [radii[0] - share * overlap, radii[1] - share * overlap];
+            let slides = [radii[0] - slide_share * overlap, radii[1] - slide_share * overlap];
+            let (mine, away) = (entries(spins, pairs.block, me), entries(spins, 0, them));
+            let spins = if MIXED {
+                let (mine, away) = (L::triples(mine), L::triples(away));
+                velocity = velocity + unit.cross(mine * slides[0] + away * slides[1]);
+                scratch.arms[1].set(at, arms[1]);
+                mine + away
+            } else {
+                let both = L::triple_sums(mine, away);
+                velocity = velocity + unit.cross(both) * slides[0];
+                both
+            };
+            scratch.arms[0].set(at, arms[0]);
+            if SPINS > 1 {
+                scratch.spins.set(at, spins);
+            }
+        }
+        scratch.velocity.set(at, velocity);
+    }
+}
+
+/// Ways between spheres in a periodic box with these edges as those to the nearest images, m.
+#[inline(always)]
+fn nearest<L: Lanes>(way: Triple<L>, edges: &Vec3) -> Triple<L> {
+    let along = |way: L, edge: f64| {
+        let (edge, half, zero) = (L::splat(edge), L::splat(0.5 * edge), L::splat(0.0));
+        let back = L::pick(way.below(-half), edge, zero);
+        way + L::pick(half.below(way), -edge, back)
+    };
+    Triple { x: along(way.x, edges.x), y: along(way.y, edges.y), z: along(way.z, edges.z) }
+}
+
+/// The springs of the last pass turned with their contacts: a sweep of its own, since what waits for a
+/// division here can go on side by side with the next pairs.
+#[inline(always)]
+fn carry<const W: usize, L: Wide<W>, const HISTORY: u8>(
+    field: &Field<'_>,
+    (book, base): (&BookView<'_>, usize),
+    count: usize,
+    scratch: &mut Scratch,
+) {
+    type Way<const HISTORY: u8> = Variant<true, true, 0, HISTORY>;
+    let rule = *field.rule;
+    let whole = count / W;
+    let springs = groups::<W, _>(&book.spring[base..], whole);
+    let normals = if HISTORY == 2 { groups(&book.normal[base..], whole) } else { &[] };
+    for group in 0..whole {
+        let at = within::<W>(group * W);
+        let mut old = Past::none();
+        let mut spins = Triple::zero();
+        old.spring = L::unpack3(&springs[group]);
+        if HISTORY == 2 {
+            old.normal = L::unpack3(&normals[group]);
+            spins = scratch.spins.get(at);
+        }
+        let unit = scratch.unit.get(at);
+        let before = law::carry::<L, Way<HISTORY>>(&rule, unit, spins, &old);
+        scratch.before.set(at, before);
+    }
+}
+
+/// Second sweep: the law; the book's entries begin at `base`.
+#[inline(always)]
+fn answer<const W: usize, L: Wide<W>, K: Kind>(
+    field: &Field<'_>,
+    pairs: Pairs<'_>,
+    (book, base): (&mut BookView<'_>, usize),
+    scratch: &mut Scratch,
+) {
+    let rule = *field.rule;
+    let only = field.setting.only_law().map(|law| Parameters::of(&law));
+    let whole = pairs.first.len() / W;
+    let of = |wanted: bool| if wanted { whole } else { 0 };
+    let touching = groups_mut::<W, _>(book.touching, base, whole);
+    let spring = groups_mut::<W, _>(book.spring, base, of(K::FRICTION));
+    let turned = K::FRICTION && K::HISTORY == History::Rotated;
+    let normals = groups_mut::<W, _>(book.normal, base, of(turned));
+    let lag = groups_mut::<W, _>(book.lag, base, of(K::DAMPING));
+    let power = groups_mut::<W, _>(book.power, base, of(K::FRICTION && K::DAMPING));
+    for group in 0..whole {
+        let at = within::<W>(group * W);
+        let mut old = Past::none();
+        let mut before = Triple::zero();
+        if K::FRICTION {
+            before = scratch.before.get(at);
+        }
+        if K::DAMPING {
+            old.lag = L::load(&lag[group]);
+            if K::FRICTION {
+                old.power = L::load_single(&power[group]);
+            }
+        }
+        let approach = Approach {
+            normal: scratch.unit.get(at),
+            overlap: scratch.overlap.get(at),
+            velocity: scratch.velocity.get(at),
+            spins: Triple::zero(),
+        };
+        let law = match &only {
+            Some(law) => *law,
+            None => gathered(field, pairs, at),
+        };
+        let bits = scratch.touches[at];
+        let Response { normal, tangent, past, taken } =
+            respond::<L, K>(&rule, &law, &approach, L::mask(bits), (&old, before));
+        touching[group] = *chunk(&ANSWERS[bits as usize], 0);
+        let unit = approach.normal;
+        if K::FRICTION {
+            L::pack3(past.spring, &mut spring[group]);
+            if K::HISTORY == History::Rotated {
+                L::pack3(past.normal, &mut normals[group]);
+            }
+            scratch.push.set(at, unit * normal + tangent);
+            scratch.couple.set(at, unit.cross(tangent));
+        } else {
+            scratch.push.set(at, unit * normal);
+        }
+        if K::DAMPING {
+            past.lag.store(&mut lag[group]);
+            if K::FRICTION {
+                past.power.store_single(&mut power[group]);
+            }
+        }
+        // Without friction nothing else takes energy.
+        let ways = if K::FRICTION { 3 } else { usize::from(K::DAMPING) };
+        for (sums, taken) in scratch.sums[..ways].iter_mut().zip(taken) {
+            let sums = chunk_mut(sums, at % GROUP);
+            (L::load(sums) + taken).store(sums);
+        }
+    }
+}
+
+/// Third sweep: adds the forces to the lines of both spheres.
+#[inline(always)]
+fn deliver<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
+    pairs: Pairs<'_>,
+    scratch: &mut Scratch,
+) {
+    let zero = L::splat(0.0);
+    let whole = pairs.first.len() / W;
+    let (first, seats) = (groups::<W, _>(pairs.first, whole), groups::<W, _>(pairs.seats, whole));
+    for group in 0..whole {
+        let (at, me, seats) = (within::<W>(group * W), &first[group], &seats[group]);
+        let push: Triple<L> = scratch.push.get(at);
+        let (mut turn, mut back) = (Triple::zero(), Triple::zero());
+        if SPINS > 0 {
+            let couple: Triple<L> = scratch.couple.get(at);
+            let arms: [L; 2] = [scratch.arms[0].get(at), scratch.arms[1].get(at)];
+            turn = couple * -arms[0];
+            back = couple * -arms[1];
+        }
+        let rows = L::rows([push.x, push.y, push.z, zero, turn.x, turn.y, turn.z, zero]);
+        let mut against = rows;
+        if MIXED {
+            let push = push.map(|f| -f);
+            against = L::rows([push.x, push.y, push.z, zero, back.x, back.y, back.z, zero]);
+        } else {
+            for row in &mut against {
+                *row = L::product(*row, L::row(&AGAINST));
+            }
+        }
+        for l in 0..W {
+            // SAFETY: `check` has looked at both places.
+            let pull = unsafe { scratch.pulls.get_unchecked_mut(me[l] as usize) };
+            add::<W, L, SPINS>(rows[l], pull);
+            // SAFETY: see above.
+            let pull = unsafe { scratch.pulls.get_unchecked_mut(seats[l] as usize) };
+            add::<W, L, SPINS>(against[l], pull);
+        }
+    }
+}
+
+/// Adds a row to a line; without friction there are no torques.
+#[inline(always)]
+pub fn add<const W: usize, L: Wide<W>, const SPINS: u8>(row: L::Row, line: &mut Line) {
+    if SPINS > 0 {
+        L::keep(L::sum(L::row(line), row), line);
+    } else {
+        L::add_half(row, line);
+    }
+}
+
+/// Panics if a slot of a sweep does not exist: one look a sweep, so that no access inside it
+/// has a branch.
+#[inline(always)]
+pub fn check(pairs: Pairs<'_>, field: &Field<'_>, pulls: usize) {
+    fn highest<T: Copy + Ord + Default>(slots: &[T]) -> T {
+        slots.iter().fold(T::default(), |top, slot| top.max(*slot))
+    }
+    let count = match field.spins.len() {
+        0 => field.balls.len(),
+        spins => spins.min(field.balls.len()),
+    };
+    let (first, second) = (usize::from(highest(pairs.first)), highest(pairs.second) as usize);
+    assert!(first.max(usize::from(highest(pairs.seats))) < pulls && pairs.block + first < count);
+    match pairs.kind {
+        Second::Balls => assert!(second < count),
+        Second::Planes => assert!(second < field.planes.lines.len()),
+        Second::Faces => {}
+    }
+}
+
+/// The values at these places after `from`, which [`check`] has looked at.
+#[inline(always)]
+pub fn entries<'a, const W: usize, T, I: Place>(
+    values: &'a [T],
+    from: usize,
+    places: &[I; W],
+) -> [&'a T; W] {
+    // SAFETY: the places exist.
+    let at = |place: I| unsafe { values.get_unchecked(from + place.number()) };
+    let mut found = [at(places[0]); W];
+    for l in 1..W {
+        found[l] = at(places[l]);
+    }
+    found
+}
+
+/// A number of a sphere.
+pub trait Place: Copy {
+    /// As an index.
+    fn number(self) -> usize;
+}
+
+impl Place for u16 {
+    #[inline(always)]
+    fn number(self) -> usize {
+        usize::from(self)
+    }
+}
+
+impl Place for u32 {
+    #[inline(always)]
+    fn number(self) -> usize {
+        self as usize
+    }
+}
+
+/// Parameters of as many pairs.
+#[inline(always)]
+fn gathered<const W: usize, L: Wide<W>>(
+    field: &Field<'_>,
+    list: Pairs<'_>,
+    at: usize,
+) -> Parameters<L> {
+    let (me, them) = (chunk::<W, _>(list.first, at), chunk::<W, _>(list.second, at));
+    let mut pairs = [field.setting.pair(0, 0); W];
+    for l in 0..W {
+        let (one, other) = (&field.balls[list.block + usize::from(me[l])], them[l] as usize);
+        let other = match list.kind {
+            Second::Balls => field.balls[other].material,
+            Second::Planes => field.planes.now[other].material,
+            Second::Faces => other as u16,
+        };
+        pairs[l] = field.setting.pair(one.material, other);
+    }
+    Parameters {
+        kn: L::load(&pairs.map(|pair| pair.kn)),
+        kt: L::load(&pairs.map(|pair| pair.kt)),
+        cn: L::load(&pairs.map(|pair| pair.cn)),
+        ct: L::load(&pairs.map(|pair| pair.ct)),
+        friction: L::load(&pairs.map(|pair| pair.friction)),
+        soft: L::load(&pairs.map(softness)),
+    }
+}

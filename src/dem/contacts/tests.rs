@@ -1,0 +1,144 @@
+use super::faces::waiting;
+use super::*;
+use crate::dem::crew::Crew;
+use crate::dem::law::{Book, Rule, for_kind};
+use crate::dem::planes::Planes;
+use crate::dem::setting::Setting;
+use crate::dem::state::{List, State};
+use crate::dem::{neighbours, test_scenes};
+use crate::model::{Coulomb, History, Law, Model, Motion};
+
+type Bits = Vec<u64>;
+
+/// All bits that a pass leaves, run after run of one version.
+fn passes<V: Version>(setting: &Setting<'_>, state: &State) -> Bits {
+    let mut state = state.clone();
+    let rule = Rule { law: setting.law, advance: 1e-5, interval: 1e-5, bare_slip: false };
+    let owners = |list: &List| -> Vec<u16> {
+        let slots = 0..state.balls.len();
+        let entries = |slot| list.start[slot]..list.start[slot + 1];
+        slots.flat_map(|slot| entries(slot).map(move |_| slot as u16)).collect()
+    };
+    let (owners, sides) = (owners(&state.pairs), owners(&state.planes));
+    let planes = Planes::new(setting.planes_at(0.0));
+    let mut faces = Book::open(SWEEP + 5, setting.kept);
+    let mut bits = Bits::new();
+    for _ in 0..3 {
+        let field = Field {
+            setting,
+            rule: &rule,
+            balls: &state.balls,
+            spins: &state.spins,
+            light: &state.light,
+            planes: &planes,
+            faces: &[],
+            memory: &Default::default(),
+            yade: false,
+        };
+        let List { partner, book, .. } = &mut state.pairs;
+        let seats: Vec<u16> = partner.iter().map(|slot| *slot as u16).collect();
+        let pairs =
+            Pairs { block: 0, first: &owners, second: partner, seats: &seats, kind: Second::Balls };
+        let second = &state.planes.partner[..];
+        let sides = Pairs { first: &sides, second, seats: &[], kind: Second::Planes, ..pairs };
+        let (loads, book) = (&mut state.loads[..], book.view());
+        let mut part = Part { loads, book, planes: state.planes.book.view(), strangers: &mut [] };
+        let mut scratch = Scratch::default();
+        let tally = for_kind!(setting.kept, setting.law, K => {
+            all::<V, K>(&field, [pairs, sides], &mut part, &mut scratch);
+            meet_faces::<V, K>(&field, &mut faces.view(), &mut scratch);
+            finish(&mut part, &mut scratch)
+        });
+        let loads = state.loads.iter().flat_map(|l| l.force.iter().chain(l.torque.iter()));
+        bits.extend(loads.map(|x| x.to_bits()));
+        for book in [&state.pairs.book, &state.planes.book, &faces] {
+            bits.extend(book.spring.iter().flatten().map(|x| x.to_bits()));
+            bits.extend(book.lag.iter().map(|x| x.to_bits()));
+            bits.extend(book.power.iter().map(|x| u64::from(x.to_bits())));
+            bits.extend(book.touching.iter().map(|t| u64::from(*t)));
+        }
+        let Tally { normal_dashpot, tangential_dashpot, slip, wall_power, .. } = tally;
+        let sums = [normal_dashpot, tangential_dashpot, slip, wall_power];
+        bits.extend(sums.map(f64::to_bits));
+        for (slot, ball) in state.balls.iter_mut().enumerate() {
+            ball.place += ball.velocity * (1e-4 * (1.0 + 0.1 * slot as f64));
+        }
+    }
+    bits
+}
+
+/// More triangles than wait at a time, some of which no longer touch.
+fn meet_faces<V: Version, K: Kind>(
+    field: &Field<'_>,
+    book: &mut BookView<'_>,
+    scratch: &mut Scratch,
+) {
+    for entry in 0..SWEEP + 5 {
+        let ball = &field.balls[entry % 50];
+        let way = ball.velocity + Vec3::new(0.3, 0.1, entry as f64);
+        let spot = Spot {
+            first: (entry % 50) as u16,
+            material: 0,
+            entry,
+            normal: way.normalize(),
+            overlap: ball.velocity.x * 1e-4,
+            arm: ball.radius,
+            velocity: ball.velocity,
+            spins: ball.velocity * 30.0,
+            drift: ball.velocity * 0.1,
+            touches: ball.velocity.x > 0.0,
+        };
+        scratch.put(scratch.waiting.count, &spot);
+        scratch.waiting.count += 1;
+        if scratch.waiting.count == SWEEP || entry == SWEEP + 4 {
+            waiting::<V, K>(field, (0, book), scratch);
+        }
+    }
+}
+
+/// A crowd in motion, dense enough that most listed pairs touch.
+fn crowd(model: &mut Model) {
+    for (index, body) in model.bodies.iter_mut().enumerate() {
+        let at = index as f64;
+        body.position *= 0.15;
+        body.velocity = Vec3::new((at * 0.7).sin(), (at * 1.3).cos(), (at * 2.1).sin()) * 0.2;
+        body.spin = Vec3::new((at * 0.3).cos(), (at * 1.9).sin(), (at * 0.9).cos()) * 40.0;
+    }
+}
+
+#[test]
+fn all_versions_give_the_same_bytes() {
+    let limits = [Coulomb::Sum, Coulomb::SpringThenDashpot, Coulomb::Spring];
+    let histories = [History::Projected, History::Rescaled, History::Rotated];
+    let (mut touching, mut rests) = (0, 0);
+    let crowds = [(53, 1.0), (57, 1.0), (53, 3.0), (57, 3.0)];
+    for ((count, mixed), coulomb, history) in crowds.into_iter().flat_map(|ratio| {
+        limits.into_iter().flat_map(move |c| histories.into_iter().map(move |h| (ratio, c, h)))
+    }) {
+        let mut model = test_scenes::wide_sizes(count, mixed);
+        crowd(&mut model);
+        let turn = Motion::Rotate { origin: Vec3::x() * 0.01, axis: Vec3::y(), rate: 3.0 };
+        let motion = if mixed == 1.0 { Motion::Still } else { turn };
+        test_scenes::add_plane(&mut model, Vec3::zeros(), Vec3::new(0.3, 0.5, 1.0), motion);
+        test_scenes::add_plane(&mut model, Vec3::x() * 1e-3, Vec3::x(), Motion::Still);
+        model.plan.law = Law { coulomb, history, ..model.plan.law };
+        let setting = Setting::new(&model);
+        assert_eq!(setting.alike.is_some(), mixed == 1.0);
+        let mut state = State::new(&setting);
+        neighbours::rebuild(&setting, &mut state, &Crew::new(1));
+        rests += state.pairs.partner.len() % GROUP;
+        assert!(state.planes.partner.len() > GROUP);
+        let plain = passes::<Plain>(&setting, &state);
+        touching += plain.iter().filter(|bits| **bits == 1).count();
+        #[cfg(target_arch = "x86_64")]
+        {
+            if Four::is_here() {
+                assert_eq!(plain, passes::<Four>(&setting, &state), "{mixed} {coulomb:?}");
+            }
+            if Eight::is_here() {
+                assert_eq!(plain, passes::<Eight>(&setting, &state), "{mixed} {coulomb:?}");
+            }
+        }
+    }
+    assert!(touching > 500 && rests > 0, "{touching} {rests}");
+}

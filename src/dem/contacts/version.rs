@@ -1,0 +1,183 @@
+//! The sweeps of [`super`], compiled for each processor.
+
+use super::*;
+
+/// The sweeps, compiled for the processors that have the lanes. `SPINS`: 0 without friction, 1
+/// with it, 2 with springs that turn with the contact.
+pub trait Version {
+    /// Contacts side by side.
+    const WIDE: usize;
+    /// Whether this processor has them.
+    fn is_here() -> bool;
+    /// See [`approach`].
+    fn approach<const SPINS: u8, const MIXED: bool>(
+        field: &Field<'_>,
+        pairs: Pairs<'_>,
+        count: usize,
+        scratch: &mut Scratch,
+    );
+    /// See [`carry`].
+    fn carry<const HISTORY: u8>(
+        field: &Field<'_>,
+        book: (&BookView<'_>, usize),
+        count: usize,
+        scratch: &mut Scratch,
+    );
+    /// See [`answer`].
+    fn answer<K: Kind>(
+        field: &Field<'_>,
+        pairs: Pairs<'_>,
+        book: (&mut BookView<'_>, usize),
+        scratch: &mut Scratch,
+    );
+    /// See [`deliver`].
+    fn deliver<const SPINS: u8, const MIXED: bool>(pairs: Pairs<'_>, scratch: &mut Scratch);
+    /// See [`planes::approach`].
+    fn approach_planes<const SPINS: bool, const MOVING: bool>(
+        field: &Field<'_>,
+        pairs: Pairs<'_>,
+        count: usize,
+        scratch: &mut Scratch,
+    );
+    /// See [`planes::deliver`].
+    fn deliver_planes<const SPINS: bool, const MOVING: bool>(
+        pairs: Pairs<'_>,
+        scratch: &mut Scratch,
+    );
+}
+
+/// A version; its functions panic on processors without `$features`.
+macro_rules! version {
+    ($lanes:ident, $wide:literal, $($feature:tt)*) => {
+        impl Version for $lanes {
+            const WIDE: usize = $wide;
+
+            fn is_here() -> bool {
+                true $(&& is_x86_feature_detected!($feature))*
+            }
+
+            fn approach<const SPINS: u8, const MIXED: bool>(
+                field: &Field<'_>,
+                pairs: Pairs<'_>,
+                count: usize,
+                scratch: &mut Scratch,
+            ) {
+                $(#[target_feature(enable = $feature)])*
+                fn inner<const SPINS: u8, const MIXED: bool>(
+                    field: &Field<'_>,
+                    pairs: Pairs<'_>,
+                    count: usize,
+                    scratch: &mut Scratch,
+                ) {
+                    approach::<$wide, $lanes, SPINS, MIXED>(field, pairs, count, scratch);
+                }
+                assert!(Self::is_here());
+                // SAFETY: the processor has what the function asks for.
+                #[allow(unused_unsafe)] // nothing is asked for where all processors will do
+                unsafe { inner::<SPINS, MIXED>(field, pairs, count, scratch) }
+            }
+
+            fn carry<const HISTORY: u8>(
+                field: &Field<'_>,
+                book: (&BookView<'_>, usize),
+                count: usize,
+                scratch: &mut Scratch,
+            ) {
+                $(#[target_feature(enable = $feature)])*
+                fn inner<const HISTORY: u8>(
+                    field: &Field<'_>,
+                    book: (&BookView<'_>, usize),
+                    count: usize,
+                    scratch: &mut Scratch,
+                ) {
+                    carry::<$wide, $lanes, HISTORY>(field, book, count, scratch);
+                }
+                assert!(Self::is_here());
+                // SAFETY: the processor has what the function asks for.
+                #[allow(unused_unsafe)] // see above
+                unsafe { inner::<HISTORY>(field, book, count, scratch) }
+            }
+
+            fn answer<K: Kind>(
+                field: &Field<'_>,
+                pairs: Pairs<'_>,
+                book: (&mut BookView<'_>, usize),
+                scratch: &mut Scratch,
+            ) {
+                $(#[target_feature(enable = $feature)])*
+                fn inner<K: Kind>(
+                    field: &Field<'_>,
+                    pairs: Pairs<'_>,
+                    book: (&mut BookView<'_>, usize),
+                    scratch: &mut Scratch,
+                ) {
+                    answer::<$wide, $lanes, K>(field, pairs, book, scratch);
+                }
+                assert!(Self::is_here());
+                // SAFETY: the processor has what the function asks for.
+                #[allow(unused_unsafe)] // see above
+                unsafe { inner::<K>(field, pairs, book, scratch) }
+            }
+
+            fn deliver<const SPINS: u8, const MIXED: bool>(
+                pairs: Pairs<'_>,
+                scratch: &mut Scratch,
+            ) {
+                $(#[target_feature(enable = $feature)])*
+                fn inner<const SPINS: u8, const MIXED: bool>(
+                    pairs: Pairs<'_>,
+                    scratch: &mut Scratch,
+                ) {
+                    deliver::<$wide, $lanes, SPINS, MIXED>(pairs, scratch);
+                }
+                assert!(Self::is_here());
+                // SAFETY: the processor has what the function asks for.
+                #[allow(unused_unsafe)] // see above
+                unsafe { inner::<SPINS, MIXED>(pairs, scratch) }
+            }
+
+            fn approach_planes<const SPINS: bool, const MOVING: bool>(
+                field: &Field<'_>,
+                pairs: Pairs<'_>,
+                count: usize,
+                scratch: &mut Scratch,
+            ) {
+                $(#[target_feature(enable = $feature)])*
+                fn inner<const SPINS: bool, const MOVING: bool>(
+                    field: &Field<'_>,
+                    pairs: Pairs<'_>,
+                    count: usize,
+                    scratch: &mut Scratch,
+                ) {
+                    planes::approach::<$wide, $lanes, SPINS, MOVING>(field, pairs, count, scratch);
+                }
+                assert!(Self::is_here());
+                // SAFETY: the processor has what the function asks for.
+                #[allow(unused_unsafe)] // see above
+                unsafe { inner::<SPINS, MOVING>(field, pairs, count, scratch) }
+            }
+
+            fn deliver_planes<const SPINS: bool, const MOVING: bool>(
+                pairs: Pairs<'_>,
+                scratch: &mut Scratch,
+            ) {
+                $(#[target_feature(enable = $feature)])*
+                fn inner<const SPINS: bool, const MOVING: bool>(
+                    pairs: Pairs<'_>,
+                    scratch: &mut Scratch,
+                ) {
+                    planes::deliver::<$wide, $lanes, SPINS, MOVING>(pairs, scratch);
+                }
+                assert!(Self::is_here());
+                // SAFETY: the processor has what the function asks for.
+                #[allow(unused_unsafe)] // see above
+                unsafe { inner::<SPINS, MOVING>(pairs, scratch) }
+            }
+        }
+    };
+}
+version!(Plain, 4,);
+#[cfg(target_arch = "x86_64")]
+version!(Four, 4, "avx2");
+#[cfg(target_arch = "x86_64")]
+version!(Eight, 8, "avx512f" "avx512dq" "avx512vl");
