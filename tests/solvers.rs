@@ -2,6 +2,7 @@
 //! A solver that is not installed is skipped, and the test says so.
 
 mod solvers {
+    mod arrivals;
     pub mod bench;
     mod bodies;
     mod discs;

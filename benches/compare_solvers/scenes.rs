@@ -106,6 +106,7 @@ fn empty(title: &str, dimension: Dimension, mass: f64) -> Model {
         spheres: Vec::new(),
         bonds: Vec::new(),
         springs: Vec::new(),
+        arrivals: Vec::new(),
         decks: Default::default(),
         extra: Default::default(),
         mutual: None,

@@ -196,7 +196,7 @@ mod tests {
             or("contact", "contact = { kn = 1000.0 }"),
             or("size", "size = 0.01"),
             or("shape", if cluster { "shape = \"sphere\"" } else { "shape.union = {}" }),
-            if example.starts_with("clump") || example.starts_with("body") || cluster {
+            if ["clump", "body", "cluster", "insert"].iter().any(|key| example.starts_with(key)) {
                 example
             } else {
                 ""

@@ -375,6 +375,6 @@ fn find_hits(field: &Field<'_>, ball: &Ball, partners: &[u32], hits: &mut Vec<Hi
                     .iter()
                     .zip(hits.iter())
                     .any(|(other, hit)| hit.touches && surfaces.coplanar(*partner, *other)));
-        hits.push(Hit { point, touches, inherits: false });
+        hits.push(Hit { point, touches, inherits: false, bare: false });
     }
 }

@@ -5,8 +5,8 @@ use super::law::Rule;
 use super::setting::Setting;
 use super::state::{Load, State};
 use super::{
-    DemError, Observer, Summary, averaged_motion, bond, checkpoint, extra, guard, handover, ledger,
-    limit, lost, motion, neighbours, pushes, servo, zeroing,
+    DemError, Observer, Summary, arrive, averaged_motion, bond, checkpoint, extra, guard, handover,
+    ledger, limit, lost, motion, neighbours, pushes, servo, zeroing,
 };
 use crate::model::{Cost, Model, Outcome, Scheme};
 use crate::num::{Job, Vec3, clock};
@@ -84,7 +84,7 @@ pub fn simulate(
             break;
         }
         owed = one_step(&mut setting, &mut state, &mut work, owed);
-        stopped = watch.after_step(&setting, &state);
+        stopped = watch.after_step(&setting, &state).or_else(|| arrive::blocked(&setting, &state));
         if stopped.is_some() && owed {
             motion::finish(&setting, &mut state);
         }
@@ -196,7 +196,9 @@ fn one_step(
     }
     state.ledger.add_half();
     move_walls(setting, state, (state.step + 1) as f64 * setting.step);
-    if motion::advance(setting, state, &work.crew, owed) | lists_are_old(setting, state) {
+    let far = motion::advance(setting, state, &work.crew, owed);
+    let came = setting.scheme != Scheme::Lammps && arrive::now(setting, state, true);
+    if far | came | lists_are_old(setting, state) {
         work.forget_lists();
         neighbours::rebuild(setting, state, &work.crew);
     }
@@ -205,7 +207,18 @@ fn one_step(
     if !owed {
         motion::finish(setting, state);
     }
+    if setting.scheme == Scheme::Lammps && arrive::now(setting, state, false) {
+        begin_again(setting, state, work);
+    }
     owed
+}
+
+/// What LAMMPS does between two `run` commands: new lists, and the set-up pass once more.
+fn begin_again(setting: &mut Setting<'_>, state: &mut State, work: &mut Workspace) {
+    work.forget_lists();
+    neighbours::rebuild(setting, state, &work.crew);
+    // Walls keep their velocity, which LAMMPS knows from the step before.
+    force_pass(setting, state, work, true);
 }
 
 /// Whether something besides motion asks for new lists.
@@ -220,6 +233,7 @@ fn is_due(setting: &Setting<'_>, step: u64) -> bool {
     let every = |steps: u64| step.is_multiple_of(steps.max(1));
     step == plan.steps
         || zeroing::due(plan, step)
+        || arrive::due(setting, step)
         || every(plan.frame_every)
         || every(plan.series_every)
         || every(guard::EVERY)
@@ -235,6 +249,9 @@ fn averaged_step(setting: &mut Setting<'_>, state: &mut State, work: &mut Worksp
     }
     force_pass(setting, state, work, false);
     averaged_motion::second_half(setting, state);
+    if arrive::now(setting, state, false) {
+        state.gone.change();
+    }
     place_for_looks(setting, state);
     // Powers act over the whole of this step.
     state.ledger.add_half();

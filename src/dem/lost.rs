@@ -38,6 +38,11 @@ pub struct Leavers {
 }
 
 impl Leavers {
+    /// Has lists made anew before the next pass.
+    pub fn change(&mut self) {
+        self.changed = true;
+    }
+
     /// Whether lists hold bodies that have been taken out since the last call.
     pub fn take_changed(&mut self) -> bool {
         std::mem::take(&mut self.changed)

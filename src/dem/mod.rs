@@ -28,6 +28,7 @@
 //! edges is in [`surface`]. YADE's `wall` keeps its side when a centre crosses it;
 //! ours turns the normal round, as LIGGGHTS does.
 
+mod arrive;
 mod attraction;
 mod averaged;
 mod averaged_loops;
@@ -71,6 +72,8 @@ mod zeroing;
 #[cfg(test)]
 mod reference;
 #[cfg(test)]
+mod test_arrive;
+#[cfg(test)]
 mod test_averaged;
 #[cfg(test)]
 mod test_bonds;
@@ -90,6 +93,8 @@ mod test_oracles;
 mod test_periodic;
 #[cfg(test)]
 mod test_physics;
+#[cfg(test)]
+mod test_rim;
 #[cfg(test)]
 mod test_runs;
 #[cfg(test)]
@@ -529,6 +534,9 @@ fn usable(model: &Model) -> Result<(), DemError> {
         }
     }
     if let Some(problem) = lost::problem(model) {
+        return fault(problem.to_owned());
+    }
+    if let Some(problem) = arrive::problem(model) {
         return fault(problem.to_owned());
     }
     periodic(model)?;

@@ -1,5 +1,6 @@
 //! What changes during a run: bodies, spheres in memory order, candidate lists.
 
+use super::arrive;
 use super::bond::Bonds;
 use super::extra::Links;
 use super::lanes::Line;
@@ -20,7 +21,7 @@ use std::ops::AddAssign;
 pub struct Ball {
     /// Centre, m.
     pub place: Vec3,
-    /// Radius, m; NaN of bodies that were taken out.
+    /// Radius, m; NaN of bodies that were taken out or have not come yet.
     pub radius: f64,
     /// Velocity, m/s.
     pub velocity: Vec3,
@@ -174,6 +175,8 @@ pub struct State {
     pub sweep: f64,
     /// Bodies that were taken out.
     pub gone: Leavers,
+    /// How many of the bodies that come during the run have come.
+    pub come: usize,
     /// Servo walls, one entry each wall; empty if there is none.
     pub servos: Vec<Servo>,
     /// What changes of the bonds.
@@ -207,6 +210,7 @@ impl State {
             skin: setting.skin,
             sweep: 0.0,
             gone: Leavers::default(),
+            come: 0,
             servos: match setting.needs.servo_walls {
                 true => vec![Servo::default(); model.walls.len()],
                 false => Vec::new(),
@@ -252,6 +256,7 @@ impl State {
         for index in 0..state.solids.len() {
             state.carry_members(setting, index);
         }
+        arrive::put_off(setting, &mut state);
         state
     }
 
@@ -331,6 +336,10 @@ impl State {
                 states[index].velocity = ball.velocity;
                 states[index].spin = self.spins.get(slot).copied().unwrap_or_default();
             }
+        }
+        // Who has not come yet stands still.
+        for state in &mut states[model.first_arrival() + self.come..] {
+            (state.velocity, state.spin) = (Vec3::zeros(), Vec3::zeros());
         }
         for solid in &self.solids {
             states[solid.body as usize] = BodyState {

@@ -6,7 +6,8 @@
 //! is coplanar and this triangle has the highest index among them; a corner
 //! acts if this triangle has the highest index among all that share it, unless
 //! all of them are coplanar and surround it. Of coplanar triangles (within
-//! 0.256235°, sharing a corner) only the first to touch a sphere counts.
+//! 0.256235°, sharing a corner) only the first to touch a sphere counts, and a face that begins to
+//! touch takes the spring of a coplanar one (in LIGGGHTS an edge or corner does not).
 //! So a convex edge gives one contact from outside its faces, but near it, over
 //! the face of lower index, the other triangle's edge touches as well; a
 //! concave joint gives one contact a face.

@@ -33,6 +33,7 @@ pub fn empty(scheme: Scheme, contact: Contact) -> Model {
         domain: Bounds { low: Vec3::repeat(-1.0), high: Vec3::repeat(1.0) },
         periodic: None,
         springs: Vec::new(),
+        arrivals: Vec::new(),
         decks: Default::default(),
         plan: Plan {
             step: 1e-6,

@@ -8,6 +8,7 @@ use super::law::{BookView, Kind};
 use super::setting::wall_spin;
 use super::state::Ball;
 use super::surface::{self, Feature};
+use crate::model::Scheme;
 use crate::num::Vec3;
 
 /// A triangle near a sphere.
@@ -19,6 +20,8 @@ pub struct Hit {
     pub touches: bool,
     /// Whether it took the spring of another in this pass.
     pub inherits: bool,
+    /// Whether it begins without a spring whatever touched before: an edge or corner in LIGGGHTS.
+    pub bare: bool,
 }
 
 /// Contacts of the sphere in `slot` with the triangles near it, whose entries of the book begin at `base`; the
@@ -88,7 +91,7 @@ fn find_hits(
     for (at, partner) in partners.iter().enumerate() {
         let corners = &field.faces[*partner as usize];
         if !touching[at] && surface::misses(&ball.place, ball.radius, corners) {
-            hits.push(Hit { point: ball.place, touches: false, inherits: false });
+            hits.push(Hit { point: ball.place, touches: false, inherits: false, bare: true });
             continue;
         }
         let (point, feature) = surface::closest(&ball.place, corners);
@@ -100,11 +103,13 @@ fn find_hits(
                     .iter()
                     .zip(hits.iter())
                     .any(|(other, hit)| hit.touches && surfaces.coplanar(*partner, *other)));
-        hits.push(Hit { point, touches, inherits: false });
+        let bare = field.setting.scheme == Scheme::Liggghts && feature != Feature::Face;
+        hits.push(Hit { point, touches, inherits: false, bare });
     }
 }
 
-/// A triangle that begins to touch takes the spring of a coplanar one that touched before.
+/// A triangle that begins to touch takes the spring of a coplanar one that touched before; in the scheme of LIGGGHTS
+/// only one that begins with its face does.
 pub fn hand_over<const DAMPING: bool>(
     field: &Field<'_>,
     partners: &[u32],
@@ -113,7 +118,7 @@ pub fn hand_over<const DAMPING: bool>(
     hits: &mut [Hit],
 ) {
     for at in 0..partners.len() {
-        if !hits[at].touches || book.touching[base + at] {
+        if !hits[at].touches || hits[at].bare || book.touching[base + at] {
             continue;
         }
         let donor = (0..partners.len()).find(|other| {

@@ -56,7 +56,7 @@ impl Dimension {
 ///
 /// Invariants (upheld by the scene room, relied on by all others): spheres are
 /// stored body by body; every number is finite; masses, radii and moments of
-/// inertia are greater than zero; all material indices exist in `materials`
+/// inertia are greater than zero; there are no more arrivals than bodies; all material indices exist in `materials`
 /// and `contacts`; `domain` holds every sphere and wall mesh at time 0; a bond joins spheres of
 /// different bodies, first < second, at most one bond a pair.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -96,6 +96,9 @@ pub struct Model {
     pub plan: Plan,
     /// Tangential springs that contacts have at time 0; none in most scenes.
     pub springs: Vec<Spring>,
+    /// Times at which the last bodies come, s, in rising order, one a body; before that they touch nothing
+    /// and stay where they will come. None in most scenes.
+    pub arrivals: Vec<f64>,
     /// Choices for the decks of outside solvers.
     pub decks: Decks,
 }
@@ -110,6 +113,35 @@ impl Model {
     pub fn spheres_of(&self, index: usize) -> &[Sphere] {
         let body = &self.bodies[index];
         &self.spheres[body.first_sphere as usize..][..body.sphere_count as usize]
+    }
+
+    /// Index of the first body that is not there from the start.
+    pub fn first_arrival(&self) -> usize {
+        self.bodies.len() - self.arrivals.len()
+    }
+
+    /// Step after which body `index` is there; 0 for one that is there from the start.
+    pub fn arrival_step(&self, index: usize) -> u64 {
+        match index.checked_sub(self.first_arrival()) {
+            None => 0,
+            Some(at) => self.step_at(self.arrivals[at]),
+        }
+    }
+
+    /// How many of the bodies that come during the run are there after step `step`.
+    pub fn arrived_by(&self, step: u64) -> usize {
+        self.arrivals.partition_point(|time| self.step_at(*time) <= step)
+    }
+
+    /// The bodies that come within the steps of the plan, with their indices.
+    pub fn coming(&self) -> impl Iterator<Item = (usize, &Body)> {
+        let (first, count) = (self.first_arrival(), self.arrived_by(self.plan.steps));
+        self.bodies.iter().enumerate().skip(first).take(count)
+    }
+
+    /// The step nearest to a time [s] after the start.
+    fn step_at(&self, time: f64) -> u64 {
+        (time / self.plan.step).round().max(1.0) as u64
     }
 
     /// Position of the centre of every sphere for the given body states

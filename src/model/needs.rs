@@ -65,6 +65,8 @@ pub struct Needs {
     pub springs: bool,
     /// Decks write restart files.
     pub restarts: bool,
+    /// Bodies come during the run.
+    pub arrivals: bool,
     /// Bodies turn: friction, or clumps, or bonds, or a spin at the start.
     pub rotation: bool,
 }
@@ -116,6 +118,7 @@ impl Needs {
             zeroing: model.plan.zero_every > 0,
             springs: !model.springs.is_empty(),
             restarts: model.decks.restarts > 0,
+            arrivals: !model.arrivals.is_empty(),
             rotation: friction
                 || clumps
                 || !model.bonds.is_empty()
@@ -129,7 +132,7 @@ impl Needs {
     }
 
     /// Every need with its key, what it is for people, and whether this scene has it.
-    pub fn table(&self) -> [(&'static str, &'static str, bool); 30] {
+    pub fn table(&self) -> [(&'static str, &'static str, bool); 31] {
         [
             ("discs", "two dimensions (discs of unit thickness)", self.discs),
             ("spheres", "single spheres", self.spheres),
@@ -160,6 +163,7 @@ impl Needs {
             ("zeroing", "velocities set to zero every so many steps", self.zeroing),
             ("springs", "tangential springs at the start", self.springs),
             ("restarts", "restart files of decks", self.restarts),
+            ("arrivals", "grains inserted over time", self.arrivals),
             ("rotation", "rotation of bodies", self.rotation),
         ]
     }

@@ -139,6 +139,13 @@ pub const OPTIONS: &[MethodEntry] = &[
     grading::ENTRY,
     grading::MIXTURE,
     MethodEntry {
+        key: "insert",
+        id: "",
+        summary: "grains of a family that come during the run instead of being packed, one every 1/rate, at places drawn before the run; exported",
+        source: "",
+        example: r#"insert = { rate = 100.0, start = "10 ms", velocity = [0, 0, -1], region.box = { low = [0, 0, 0.8], high = [1, 1, 1] } }"#,
+    },
+    MethodEntry {
         key: "shape",
         id: "P14",
         summary: "containers of any outline: spheres, cones, polygons, closed surfaces, any of them with holes; for every method",

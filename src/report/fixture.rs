@@ -69,6 +69,7 @@ pub fn model(side: usize) -> Model {
         domain: Bounds { low: Vec3::zeros(), high: Vec3::repeat(pitch * (side + 4) as f64) },
         periodic: None,
         springs: Vec::new(),
+        arrivals: Vec::new(),
         decks: Default::default(),
         plan: Plan {
             step: 1e-5,

@@ -2,6 +2,7 @@
 
 use super::bonding;
 use super::grains::Grain;
+use super::inserting::Arrival;
 use super::materials::{self, GrainFacts, PairFacts};
 use super::parameters::{Hold, StepParameter};
 use super::walls::swept_bounds;
@@ -28,7 +29,7 @@ pub struct Built {
     pub advice: Advice,
 }
 
-/// Puts grains, packing, walls and plan together.
+/// Puts grains, packing, walls, plan and grains that come later (in the order of time) together.
 ///
 /// # Errors
 /// A fault where contact parameters cannot be reached or the step is above the stability limit.
@@ -39,11 +40,13 @@ pub fn build(
     grains: &[Grain],
     copies: &[u32],
     packing: &Packing,
+    arrivals: &[Arrival],
 ) -> Result<Built, Fault> {
     let scene = &loaded.scene;
     let dimension = if scene.dimension == 2 { Dimension::Two } else { Dimension::Three };
+    let come = arrivals.iter().map(|arrival| &arrival.placement);
     let (mut bodies, spheres, first_spheres) =
-        bodies(scene, dimension, grains, copies, &packing.placements)?;
+        bodies(scene, dimension, grains, copies, packing.placements.iter().chain(come))?;
     if let Some(cell) = region.and_then(Region::cell) {
         for body in &mut bodies {
             body.position += cell.home(&body.position);
@@ -109,6 +112,7 @@ pub fn build(
         periodic: region.and_then(Region::cell),
         plan,
         springs: Vec::new(),
+        arrivals: arrivals.iter().map(|arrival| arrival.time).collect(),
         decks: scene.decks,
     };
     let advice = advise(&model);
@@ -128,12 +132,12 @@ pub fn gravity(scene: &Scene) -> Vec3 {
 /// Bodies, their spheres, and where the spheres of each placement begin.
 type Laid = (Vec<Body>, Vec<Sphere>, Vec<u32>);
 
-fn bodies(
+fn bodies<'a>(
     scene: &Scene,
     dimension: Dimension,
     grains: &[Grain],
     copies: &[u32],
-    placements: &[Placement],
+    placements: impl Iterator<Item = &'a Placement>,
 ) -> Result<Laid, Fault> {
     let materials: Vec<u16> = scene
         .grains
@@ -147,7 +151,7 @@ fn bodies(
         .collect::<Result<_, _>>()?;
     let densities: Vec<f64> =
         scene.materials.values().map(|m| m.density.map_or(0.0, |d| d.0)).collect();
-    let mut bodies = Vec::with_capacity(placements.len());
+    let mut bodies = Vec::with_capacity(placements.size_hint().0);
     let mut spheres = Vec::new();
     let mut first_spheres = vec![0];
     for placement in placements {

@@ -118,6 +118,8 @@ impl Road {
             (parameters.start, run.frames.last())
         {
             move_walls(&mut model, last.time);
+            // All grains have come by the end.
+            model.arrivals.clear();
             for (body, state) in model.bodies.iter_mut().zip(&last.bodies) {
                 body.position = state.position;
                 body.orientation = state.orientation;

@@ -189,7 +189,11 @@ impl Road {
 /// The model as it is at `frame`, with `steps` to go and no memory of contacts.
 fn started_at(model: &Model, frame: &Frame, steps: u64) -> Model {
     let mut model = model.clone();
-    for (body, state) in model.bodies.iter_mut().zip(&frame.bodies) {
+    // Who comes later comes as it would.
+    let here = model.first_arrival() + model.arrived_by(frame.step);
+    model.arrivals.drain(..model.arrived_by(frame.step));
+    model.arrivals.iter_mut().for_each(|time| *time -= frame.time);
+    for (body, state) in model.bodies[..here].iter_mut().zip(&frame.bodies) {
         body.position = state.position;
         body.orientation = state.orientation;
         body.velocity = state.velocity;

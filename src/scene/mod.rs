@@ -10,6 +10,7 @@ pub mod drawing;
 pub mod file;
 pub mod grading;
 pub mod grains;
+pub mod inserting;
 pub mod lockstep;
 pub mod materials;
 pub mod measuring;

@@ -2,10 +2,12 @@
 
 use super::grading::{self, Curves};
 use super::grains::Grain;
+use super::inserting;
 use super::road::{Grains, Packed, Road, RoadError};
 use super::store::key;
 use super::walls::Room;
 use crate::format::{self, Particles};
+use crate::geometry::Region;
 use crate::num::Fault;
 use crate::pack::{self, PackError, Packing};
 use serde_json::json;
@@ -26,6 +28,7 @@ impl Road {
                 scene.dimension,
                 scene.container.as_ref().map(|c| &c.shape),
                 scene.packing,
+                scene.grains.iter().map(|family| family.insertion.is_some()).collect::<Vec<_>>(),
                 // What the DEM of a preparation depends on.
                 scene.packing.is_prepared().then_some((
                     &scene.materials,
@@ -49,16 +52,29 @@ impl Road {
 
     fn pack(&mut self, grains: &Grains, room: &Room, key: &str) -> Result<Packing, RoadError> {
         let mut running = self.store.begin("pack", key)?;
-        let list = listed(grains);
+        let all = listed(grains);
         let scene = &self.loaded.scene;
+        // Grains that come later are not packed.
+        let packed_ones: Vec<u32> = (0..all.len() as u32)
+            .filter(|copy| !inserting::comes(&self.loaded, all[*copy as usize].family))
+            .collect();
+        let some_come = packed_ones.len() < all.len();
+        let own = some_come.then(|| Grains {
+            distinct: grains.distinct.clone(),
+            copies: packed_ones.iter().map(|copy| grains.copies[*copy as usize]).collect(),
+            key: String::new(),
+        });
+        let these = own.as_ref().unwrap_or(grains);
+        let list = listed(these);
         let names: Vec<&str> = scene.grains.iter().map(|family| family.name.as_str()).collect();
         let dimension = scene.dimension as usize;
         let packed = match (&room.region, &scene.packing) {
+            (region, _) if list.is_empty() && some_come => Ok(nothing(region.as_ref())),
             (Some(region), pack::Method::Compression(wanted)) => {
-                Ok(self.compressed(grains, room, region, wanted)?)
+                Ok(self.compressed(these, room, region, wanted)?)
             }
             (Some(region), pack::Method::Deposition(wanted)) => {
-                Ok(self.deposited(grains, room, region, wanted)?)
+                Ok(self.deposited(these, room, region, wanted)?)
             }
             (Some(region), method) => {
                 pack::pack(&list, &names, region, method, scene.seed, &self.job)
@@ -69,13 +85,20 @@ impl Road {
             (None, _) => Err(Fault::new("", "needs a container", "a [container]").into()),
         };
         let mut packing = packed.map_err(|error| self.refused(error))?;
+        for laid in &mut packing.placements {
+            laid.grain = packed_ones[laid.grain as usize];
+        }
+        for dropped in &mut packing.dropped {
+            *dropped = packed_ones[*dropped as usize];
+        }
+        let list = all;
         if let Some(shares) = grading::shares(&self.loaded, &packing, &list) {
             packing.outcome.push_str(&format!("; {shares}"));
         }
         if self.job.is_cancelled() {
             return Err(RoadError::Cancelled);
         }
-        if packing.placements.is_empty() {
+        if packing.placements.is_empty() && !some_come {
             let problem = "places no grain at all in this container";
             return Err(self.wrong(Fault::new(
                 "packing",
@@ -119,6 +142,24 @@ impl Road {
             PackError::Wrong(fault) => self.wrong(fault.under("packing")),
             PackError::File(error) => error.into(),
         }
+    }
+}
+
+/// What is packed where all grains come later.
+fn nothing(region: Option<&Region>) -> Packing {
+    Packing {
+        placements: Vec::new(),
+        dropped: Vec::new(),
+        outcome: "all grains come during the run".to_owned(),
+        measures: pack::Measures {
+            container_volume: region.map_or(0.0, Region::volume),
+            porosity: 1.0,
+            porosity_error: 0.0,
+            coordination: 0.0,
+            gap_tolerance: 0.0,
+            worst_overlap: 0.0,
+            least_gap: None,
+        },
     }
 }
 

@@ -88,6 +88,7 @@ impl Road {
             &grains.distinct,
             &grains.copies,
             &packing,
+            &[],
         )
         .map_err(|fault| Lost::Otherwise(self.wrong(fault)))?;
         Ok(Start { packing, built })

@@ -4,6 +4,7 @@
 use super::build::{self, Built};
 use super::drawing;
 use super::grains::{self, Draw, Grain};
+use super::inserting;
 use super::store::{Running, Store, key};
 use super::walls::Room;
 use super::{Loaded, SceneError};
@@ -409,6 +410,13 @@ impl Road {
 
     fn build(&self, packed: &Packed) -> Result<Built, RoadError> {
         let Packed { room, grains, packing, .. } = packed;
+        let arrivals = inserting::arrivals(
+            &self.loaded,
+            &grains.distinct,
+            &grains.copies,
+            &packing.placements,
+        )
+        .map_err(|fault| self.wrong(fault))?;
         build::build(
             &self.loaded,
             room.region.as_ref(),
@@ -416,6 +424,7 @@ impl Road {
             &grains.distinct,
             &grains.copies,
             packing,
+            &arrivals,
         )
         .map_err(|fault| self.wrong(fault))
     }

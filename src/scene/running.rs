@@ -114,7 +114,7 @@ impl Road {
     pub(super) fn run_key(&self, packed: &Packed) -> String {
         let scene = &self.loaded.scene;
         let made_of: Vec<_> =
-            scene.grains.iter().map(|family| (&family.material, &family.body)).collect();
+            scene.grains.iter().map(|f| (&f.material, &f.body, &f.insertion)).collect();
         let rest = json!([
             made_of,
             scene.materials,

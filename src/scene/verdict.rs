@@ -183,8 +183,12 @@ fn sample(loaded: &Loaded, job: &Job) -> Result<(Built, f64, Option<f64>), Fault
     let packing =
         side_by_side(&samples, room.region.as_ref().map_or_else(Vec3::zeros, |r| top(loaded, r)));
     let copies: Vec<u32> = (0..samples.len() as u32).collect();
-    let built =
-        build::build(loaded, room.region.as_ref(), &room.walls, &samples, &copies, &packing)?;
+    let (region, walls) = (room.region.as_ref(), &room.walls);
+    let mut built = build::build(loaded, region, walls, &samples, &copies, &packing, &[])?;
+    if loaded.scene.grains.iter().any(|family| family.insertion.is_some()) {
+        // One that comes stands for all: what solvers can say depends on whether there is any.
+        built.model.arrivals = vec![loaded.scene.plan.duration.0];
+    }
     Ok((built, spheres, room.region.as_ref().map(Region::volume)))
 }
 

@@ -34,7 +34,8 @@ impl Room {
     }
 }
 
-fn resolve(container: &Container, loaded: &Loaded) -> Result<Region, Fault> {
+/// The region of a container of the scene, its surface files read.
+pub(super) fn resolve(container: &Container, loaded: &Loaded) -> Result<Region, Fault> {
     let read = |file: &str| {
         format::read_mesh(&loaded.base().join(file)).map_err(|error| {
             Fault::new("mesh.file", error.to_string(), "a readable STL, PLY or OBJ file")

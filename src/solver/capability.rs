@@ -222,13 +222,7 @@ pub const FEATURES: &[Feature] = &[
     Feature {
         what: "oblique planes",
         there: |n| n.oblique_planes,
-        abilities: [
-            Exact,
-            Exact,
-            Partly(
-                "without friction; with it region walls gave 0.2 % less tangential velocity than LAMMPS' own law in a sticking impact: refused",
-            ),
-        ],
+        abilities: [Exact, Exact, Exact],
     },
     Feature {
         what: "mesh walls (STL)",
@@ -261,7 +255,7 @@ pub const FEATURES: &[Feature] = &[
         there: |n| n.servo_walls,
         abilities: [
             Impossible(
-                "walls that seek a force: fix mesh/surface/stress/servo is a controller with gains of its own, which would move the wall in another way; use YADE",
+                "walls that seek a force: the servo of LIGGGHTS moves a wall at vmax kp (F0 - F)/F0 with a fixed gain and F of springs and dashpots; ours scales with the stiffness of the contacts and leaves dashpots out, so that the wall would go another way; use YADE",
             ),
             Exact,
             Impossible("walls that seek a force: LAMMPS has none; use YADE"),
@@ -284,23 +278,23 @@ pub const FEATURES: &[Feature] = &[
                 "moving meshes and pistons have no velocity in the set-up pass, which counts where they touch at the start; exact in scheme `liggghts`",
             ),
             Exact,
-            Impossible(
-                "walls that turn: riprap writes no turning LAMMPS walls; use LIGGGHTS or YADE",
+            Approximate(
+                "planes are turning regions without velocity in the set-up pass, which counts where they touch at the start; exact in scheme `lammps`",
             ),
         ],
     },
     Feature {
         what: "grains inserted over time",
-        there: |_| false,
+        there: |n| n.arrivals,
         abilities: [
-            Impossible(
-                "scenes have no insertion: `fix insert/stream` draws places from random numbers of its own, so no other code could repeat the run; pack all grains (`packing`) or hand over a settled state",
+            Partly(
+                "spheres (`insert` of a family; riprap draws places and times): one `fix insert/pack` each, at most 10 000 of 150 kinds; refused with clumps, discs, periodic boxes and restarts",
             ),
-            Impossible(
-                "scenes have no insertion: `SpheresFactory` draws places from random numbers of its own, so no other code could repeat the run; pack all grains or hand over a settled state",
+            Partly(
+                "spheres and discs, appended between two steps; refused with clumps, periodic boxes, restarts and where spheres are taken out or stopped",
             ),
-            Impossible(
-                "scenes have no insertion: `fix pour` draws places from random numbers of its own, so no other code could repeat the run; pack all grains or hand over a settled state",
+            Partly(
+                "spheres and discs, by create_atoms between run commands, each of which makes the set-up pass again; exact in scheme `lammps`; refused with clumps and periodic boxes",
             ),
         ],
     },
@@ -321,14 +315,14 @@ pub const FEATURES: &[Feature] = &[
         what: "a state with its tangential springs",
         there: |n| n.springs,
         abilities: [
-            Impossible(
-                "a state with its tangential springs: LIGGGHTS' data files have no contact history, and only its own restarts do; use compare.start = \"final\" (springs begin at zero) or YADE",
+            Partly(
+                "spheres and planes along axes: a first start writes a restart file, and springs.py (Python 3) puts the springs into its contacts; refused for clumps, discs, periodic boxes, at meshes and oblique planes",
             ),
             Partly(
                 "spheres, clumps and planes along axes (the first step advances them once); refused at meshes, oblique planes and in periodic boxes",
             ),
-            Impossible(
-                "a state with its tangential springs: LAMMPS' data files have no contact history, and only its own restarts do; use compare.start = \"final\" (springs begin at zero) or YADE",
+            Partly(
+                "spheres and planes along axes, by a first start and springs.py as for LIGGGHTS; refused for clumps, discs, periodic boxes, several materials, and with oblique planes or pistons",
             ),
         ],
     },
@@ -457,6 +451,7 @@ mod tests {
                 examples::add_plane(&mut model, "floor", place, Vec3::z(), Motion::Still);
                 model.springs.push(crate::model::Spring { sphere, other, stretch });
             }
+            "grains inserted over time" => model.arrivals = vec![100.0 * model.plan.step],
             "walls that rotate" => {
                 let motion = Motion::Rotate { origin: Vec3::zeros(), axis: Vec3::z(), rate: 2.0 };
                 let point = Vec3::new(0.0, 0.0, -3e-3);
@@ -466,9 +461,7 @@ mod tests {
             "materials in pairs"
             | "liquid bridges"
             | "molecular potentials"
-            | "electrostatic forces"
-            // What no scene can ask for.
-            | "grains inserted over time" => return None,
+            | "electrostatic forces" => return None,
             other => panic!("no example for {other}"),
         }
         Some(model)

@@ -1,6 +1,7 @@
 //! A deck: a folder of files that a solver runs as they are, written whole or not at all.
 
 use super::left_out::{LeftOut, left_out};
+use super::restart_springs::{self, Layout};
 use super::table::{self, Table};
 use super::{Limit, LimitKind, Solver, SolverError, finite, templates};
 use crate::model::Model;
@@ -214,6 +215,14 @@ impl<'a> Draft<'a> {
         let text = templates::render(template, values)?;
         self.files.push(File { name: name.into(), text, tables });
         Ok(())
+    }
+
+    /// Adds the springs at the start, and what puts them into a restart file.
+    pub fn add_springs(&mut self, model: &'a Model, layout: Layout) -> Result<(), SolverError> {
+        let script = restart_springs::Script::new(model, layout);
+        self.add("springs.py", "springs.py", &script)?;
+        let table = restart_springs::table(model, layout.is_primitive);
+        self.add_tables("springs.csv", "springs.csv", &script, vec![table])
     }
 
     /// Writes the deck as `folder`, with a batch script where it is asked for.

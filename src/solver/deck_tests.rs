@@ -310,6 +310,7 @@ fn liggghts_rules(needs: &Needs) -> Vec<Rule> {
 
 fn lammps_rules(needs: &Needs) -> Vec<Rule> {
     let moving = needs.sliding_walls || needs.turning_walls;
+    let planes = needs.planes || needs.oblique_planes;
     vec![
         rule("discs", needs.discs, &["dimension 2", "boundary f f p", "enforce2d"]),
         rule("space", !needs.discs, &["boundary f f f"]),
@@ -332,7 +333,8 @@ fn lammps_rules(needs: &Needs) -> Vec<Rule> {
         rule("planes", needs.planes && !moving, &["yplane"]),
         rule("regions", needs.oblique_planes || (needs.planes && moving), &["wall/gran/region"]),
         rule("rotation", needs.rotation, &["omegax"]),
-        rule("moving", moving && (needs.planes || needs.oblique_planes), &[" move v_"]),
+        rule("moving", needs.sliding_walls && planes, &[" move v_"]),
+        rule("turning", needs.turning_walls && planes, &[" rotate v_"]),
     ]
 }
 
@@ -427,6 +429,7 @@ fn decks_hold_what_is_needed_and_nothing_else() {
         "servo_walls",
         "springs",
         "restarts",
+        "arrivals",
     ];
     for (key, _, _) in examples::two_spheres().needs().table() {
         let both = seen.contains(&(key, true)) && seen.contains(&(key, false));

@@ -167,8 +167,8 @@ fn frame(
     let whole;
     let rows = match block.rows.len() {
         there if there == all => &block.rows,
-        there if model.plan.guard.lost == Lost::Remove && points.is_empty() => {
-            whole = with_lost(model, &block.rows, columns, earlier);
+        there if may_lack(model) && points.is_empty() => {
+            whole = with_lost(model, block, columns, earlier)?;
             if whole.len() != all {
                 return Err(format!("{there} atoms are not some of {all}"));
             }
@@ -208,29 +208,45 @@ fn frame(
     Ok(frame)
 }
 
-/// Rows of all spheres: those that were deleted are where they were seen last, at rest.
+/// Whether snapshots may lack spheres: some are deleted where they leave, or come later.
+fn may_lack(model: &Model) -> bool {
+    model.plan.guard.lost == Lost::Remove || !model.arrivals.is_empty()
+}
+
+/// Rows of all spheres: those that were deleted are where they were seen last and those that come
+/// later where they will come, at rest. One that comes with the step of the snapshot moves as it comes.
 fn with_lost(
     model: &Model,
-    rows: &[Vec<f64>],
+    block: &Block,
     columns: usize,
     earlier: &[BodyState],
-) -> Vec<Vec<f64>> {
-    let mut rows = rows.iter().peekable();
+) -> Result<Vec<Vec<f64>>, String> {
+    let mut rows = block.rows.iter().peekable();
     let one = |index: usize| {
         let id = (index + 1) as f64;
         if let Some(row) = rows.next_if(|row| row.first() == Some(&id)) {
-            return row.clone();
+            return Ok(row.clone());
+        }
+        let body = model.spheres[index].body as usize;
+        let comes = model.arrival_step(body);
+        if model.plan.guard.lost != Lost::Remove && comes < block.step.max(1) {
+            return Err(format!("sphere {} is not there: some were lost", index + 1));
         }
         let mut row = vec![0.0; columns];
         row[0] = id;
-        let place = earlier[model.spheres[index].body as usize].position;
-        row[1..4].copy_from_slice(place.as_slice());
-        row
+        row[1..4].copy_from_slice(earlier[body].position.as_slice());
+        if comes == block.step {
+            row[4..7].copy_from_slice(model.bodies[body].velocity.as_slice());
+            if columns == 14 {
+                row[7..10].copy_from_slice(model.bodies[body].spin.as_slice());
+            }
+        }
+        Ok(row)
     };
-    let mut all: Vec<Vec<f64>> = (0..model.spheres.len()).map(one).collect();
+    let mut all: Vec<Vec<f64>> = (0..model.spheres.len()).map(one).collect::<Result<_, _>>()?;
     // What is left over belongs to no sphere.
     all.extend(rows.cloned());
-    all
+    Ok(all)
 }
 
 /// State of one body; clumps from the places of their spheres and of their `point`.

@@ -13,7 +13,7 @@ pub struct LeftOut {
 }
 
 /// What hardly any deck can have (see the limits of the solvers), so that lacking it says nothing.
-const NEVER: &[&str] = &["mutual_gravity", "servo_walls", "springs", "restarts"];
+const NEVER: &[&str] = &["mutual_gravity", "servo_walls", "springs", "restarts", "arrivals"];
 
 /// Everything that `needs` lacks and a deck could have.
 pub fn left_out(needs: &Needs) -> Vec<LeftOut> {
@@ -92,6 +92,7 @@ mod tests {
             zeroing: false,
             springs: false,
             restarts: false,
+            arrivals: false,
             rotation: false,
         };
         let list = left_out(&none);

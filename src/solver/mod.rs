@@ -18,6 +18,7 @@ mod orientation;
 mod process;
 mod program;
 mod reading;
+mod restart_springs;
 pub mod rigid_masses;
 mod single;
 mod surface;

@@ -2,7 +2,7 @@
 //! ever held in memory.
 //!
 //! A template has a table where a line says `@rows NAME` and what a row looks like, with the
-//! columns in braces: `@rows atoms {id} {type} {x} {y} {z}`. Numbers are written with as few
+//! columns in braces: `@rows atoms {id} {type} {x} {y} {z}`; `\n` in it begins a new line. Numbers are written with as few
 //! digits as give the same double back. Cost O(rows × columns).
 
 use super::SolverError;
@@ -131,7 +131,7 @@ fn pieces(row: &str, table: &Table<'_>) -> Result<Vec<Piece>, SolverError> {
             None => (part, None),
         };
         if !text.is_empty() {
-            pieces.push(Piece::Text(text.to_owned()));
+            pieces.push(Piece::Text(text.replace("\\n", "\n")));
         }
         if let Some(name) = name {
             let place = table.columns.iter().position(|column| *column == name);
@@ -160,6 +160,12 @@ mod tests {
     fn rows_stand_where_the_template_says() {
         let found = written("# head\n@rows a <{x}>, {id};\nend", 0.1).expect("written");
         assert_eq!(found, "# head\n<0.1>, 7;\n<1e-7>, 8;\nend");
+    }
+
+    #[test]
+    fn a_row_may_have_several_lines() {
+        let found = written("@rows a {id}\\n  {x}\n", 0.5).expect("written");
+        assert_eq!(found, "7\n  0.5\n8\n  1e-7\n");
     }
 
     #[test]

@@ -12,6 +12,17 @@ if [ "$1" = --resume ]; then
   set -- -var resume "${newest:-0}" "$@"
 fi
 {%- endif %}
+{%- if springs %}
+# A first start writes the restart file whose contacts springs.py gives their springs.
+export OMPI_MCA_ess_singleton_isolated=1
+rm -f start.restart springs.restart
+# (`quit` of LIGGGHTS ends with status 1.)
+$unbuffered "${RIPRAP_LIGGGHTS:-liggghts}" -in in.liggghts -log none
+[ -s start.restart ] || exit 1
+python3 springs.py || exit 1
+unset OMPI_MCA_ess_singleton_isolated
+set -- -var springs 1 "$@"
+{%- endif %}
 {%- if ranks > 1 %}
 root=
 [ "$(id -u)" = 0 ] && root=--allow-run-as-root

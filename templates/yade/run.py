@@ -101,6 +101,29 @@ for r in table('spheres.csv'):
 {%- endif %}
     ids[int(r[0])] = O.bodies.append(b)
 {%- endif %}
+{%- if needs.arrivals %}
+
+# Spheres that come during the run, in the order of time.
+coming = table('arrivals.csv')
+places = {int(r[1]): r[3:6] for r in coming}
+
+
+def let_come():
+    """Appends the spheres that come at the present step."""
+    while coming and coming[0][0] <= O.iter:
+        r = coming.pop(0)[1:]
+        b = sphere(r[2:5], r[5], material=materials[int(r[1])], color=grey)
+        b.state.mass = r[6]
+        b.state.inertia = Vector3(r[7], r[7], r[7])
+        b.state.vel = Vector3(*r[8:11])
+{%- if needs.rotation %}
+        b.state.angVel = Vector3(*r[11:14])
+{%- endif %}
+{%- if needs.discs %}
+        b.state.blockedDOFs = 'zXY'
+{%- endif %}
+        ids[int(r[0])] = O.bodies.append(b)
+{%- endif %}
 {%- if needs.clumps %}
 
 # Clumps: spheres without mass and one point (a facet that touches nothing) that
@@ -361,7 +384,12 @@ def digits(*vectors):
 def write_frame():
     """Step; x v{% if needs.rotation %} w{% endif %} f of every sphere{% if needs.clumps %}; then x q(wxyz) v w of every clump{% endif %}."""
     frames.write('frame %d\n' % O.iter)
-    for k in ids:
+    for {% if needs.arrivals %}index, k in enumerate(ids){% else %}k in ids{% endif %}:
+{%- if needs.arrivals %}
+        if k is None:
+            frames.write(digits(places[index], [0.0] * {% if needs.rotation %}9{% else %}6{% endif %}) + '\n')
+            continue
+{%- endif %}
 {%- if lost_every %}
         if k in gone:
             frames.write(digits(gone[k], [0.0] * {% if needs.rotation %}9{% else %}6{% endif %}) + '\n')
@@ -391,7 +419,7 @@ write_frame()
 {%- endif %}
 while O.iter < steps:
     here = O.iter
-    there = min(steps, (here // frame_every + 1) * frame_every, (here // report_every + 1) * report_every{% if needs.restarts %}, (here // restart_every + 1) * restart_every{% endif %})
+    there = min(steps, (here // frame_every + 1) * frame_every, (here // report_every + 1) * report_every{% if needs.restarts %}, (here // restart_every + 1) * restart_every{% endif %}{% if needs.arrivals %}, int(coming[0][0]) if coming else steps{% endif %})
     wall, cpu = time.perf_counter(), time.process_time()
     O.run(there - here)
     while O.running:
@@ -399,6 +427,9 @@ while O.iter < steps:
     O.wait()
     wall_seconds += time.perf_counter() - wall
     cpu_seconds += time.process_time() - cpu
+{%- if needs.arrivals %}
+    let_come()
+{%- endif %}
     if O.iter % frame_every == 0 or O.iter == steps:
         write_frame()
 {%- if needs.restarts %}

@@ -33,6 +33,7 @@ pub fn model(dimension: Dimension, contact: Contact) -> Model {
         domain: Bounds { low: Vec3::repeat(-0.02), high: Vec3::repeat(0.02) },
         periodic: None,
         springs: Vec::new(),
+        arrivals: Vec::new(),
         decks: Default::default(),
         plan: Plan {
             step: 1e-6,

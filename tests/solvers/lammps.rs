@@ -89,8 +89,20 @@ fn pistons_and_discs_in_lammps_are_our_own() {
     close("oblique piston", &piston(smooth, Vec3::new(0.3, 0.1, 1.0)));
     model.extra.drag = 1e-4;
     close("drag", &model);
+    let meets = |normal: Vec3, motion: Motion| {
+        let (mut model, normal) =
+            (super::bench::model(Dimension::Three, CONTACT), normal.normalize());
+        // Not a whole number of steps away: rounding would say in which one they meet.
+        let velocity = Vec3::new(0.05, 0.02, 0.0) - normal * 0.2;
+        add_sphere(&mut model, normal * 1.0103e-3, velocity, Vec3::new(0.0, 20.0, 0.0));
+        add_plane(&mut model, "wall", Vec3::zeros(), normal, motion);
+        model
+    };
+    close("slope", &meets(Vec3::new(0.3, 0.1, 1.0), Motion::Still));
+    close("oblique piston with friction", &piston(CONTACT, Vec3::new(0.3, 0.1, 1.0)));
+    close("table", &meets(Vec3::z(), turn(Vec3::z())));
+    close("paddle", &meets(Vec3::z(), turn(Vec3::y())));
+    close("oblique paddle", &meets(Vec3::new(0.3, 0.1, 1.0), turn(Vec3::new(0.6, 0.0, 0.8))));
     close("discs without friction", &flat_scene(smooth));
-    let mut flat = flat_scene(CONTACT);
-    flat.walls.truncate(1);
-    close("discs", &flat);
+    close("discs", &flat_scene(CONTACT));
 }

@@ -63,6 +63,7 @@ fn a_settled_bed_goes_on_with_its_springs() {
     let moved = apart(&dem::run(&without, &Job::quiet()).expect("a run"), &ours);
     assert!(moved > 1e-5, "springs must matter: {moved:e} radii");
     let [liggghts, yade, lammps] = solver::all();
+    // Here there are clumps.
     for other in [liggghts, lammps] {
         assert!(!can(other, &with) && can(other, &without), "{}", other.key());
     }
@@ -107,4 +108,37 @@ fn a_spring_pushes_back() {
         let got = last_state(&run).velocity.x;
         assert!((got - expected).abs() < 1e-3 * expected.abs(), "{}: {got:e}", run.solver);
     }
+}
+
+/// The same in LIGGGHTS and LAMMPS, which have them from a restart file: spheres only.
+#[test]
+fn a_settled_bed_goes_on_with_its_springs_from_a_restart_file() {
+    let [liggghts, _, lammps] = solver::all();
+    for solver in [liggghts, lammps] {
+        goes_on_in(solver);
+    }
+}
+
+fn goes_on_in(solver: &dyn Solver) {
+    let (mut start, _) = settled();
+    (start.plan.scheme, start.plan.law) = solver.scheme(false);
+    let mut spheres = model(Dimension::Three, Contact { cn: 0.05, ct: 0.02, ..CONTACT });
+    for body in &start.bodies {
+        add_sphere(&mut spheres, body.position, Vec3::zeros(), Vec3::zeros());
+    }
+    (spheres.walls, spheres.gravity) = (start.walls, start.gravity);
+    spheres.plan = start.plan;
+    let run = dem::run(&spheres, &Job::quiet()).expect("a run");
+    assert_eq!(run.outcome, Outcome::Finished);
+    let with = going_on(spheres, &run);
+    let planes = with.springs.iter().filter(|s| matches!(s.other, Partner::Plane(_))).count();
+    assert!(planes >= 5 && with.springs.len() > planes + 10, "{planes} of {}", with.springs.len());
+    let ours = dem::run(&with, &Job::quiet()).expect("a run");
+    let without = Model { springs: Vec::new(), ..with.clone() };
+    let moved = apart(&dem::run(&without, &Job::quiet()).expect("a run"), &ours);
+    assert!(moved > 1e-5, "springs must matter: {moved:e} radii");
+    let Some(theirs) = finished(solver, &with) else { return };
+    let far = apart(&theirs, &ours);
+    println!("{}: {far:e} radii; without springs {moved:e}", solver.key());
+    assert!(far < 1e-7, "{}: {far:e} radii; without springs {moved:e}", solver.key());
 }

@@ -1,5 +1,6 @@
 //! Grains of one kind, and their sizes.
 
+use super::InsertionParameters;
 use super::bond::{BondLaw, Hold};
 use super::validate_name;
 use crate::clump;
@@ -53,6 +54,9 @@ pub struct Family {
     /// Material by name. May be left out if there is only one material.
     #[serde(default)]
     pub material: Option<String>,
+    /// Grains of this family come during the run instead of being packed. Default: they are packed.
+    #[serde(default, rename = "insert", skip_serializing_if = "Option::is_none")]
+    pub insertion: Option<InsertionParameters>,
 }
 
 /// Size of grains.
@@ -193,6 +197,13 @@ impl Family {
                 let allowed =
                     "body.bonded, as discs of one rigid body are not made in two dimensions";
                 return Err(Fault::new("body", "is `rigid`", allowed));
+            }
+        }
+        if let Some(insertion) = &self.insertion {
+            insertion.validate(dimension).map_err(|fault| fault.under("insert"))?;
+            if self.body != Hold::Rigid {
+                let allowed = "`rigid` (bonds of grains that come later are not made)";
+                return Err(Fault::new("body", "is bonded", allowed));
             }
         }
         if let Hold::Bonded(bonds) = &self.body {

@@ -4,6 +4,7 @@
 mod bond;
 mod contact;
 mod family;
+mod insertion;
 mod law;
 mod mixture;
 mod output;
@@ -13,6 +14,7 @@ mod walls;
 pub use bond::{BeamBond, BondLaw, BondParameters, ContactBond, Hold, SolidBond};
 pub use contact::{ContactParameters, MaterialParameters, PairParameters};
 pub use family::{Family, Size, UniformSize};
+pub use insertion::InsertionParameters;
 pub use law::{LawParameters, VariantParameters};
 pub use mixture::Mixture;
 pub use output::{CompareParameters, MeasureParameters, OutputParameters, Start};

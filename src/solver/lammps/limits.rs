@@ -1,8 +1,8 @@
 //! What LAMMPS 29 Sep 2021 cannot express or does in its own way.
 
 use super::values;
-use crate::model::{Arm, Coulomb, History, Lost, Model, Motion, Scheme};
-use crate::solver::{Limit, capability, finite, single};
+use crate::model::{Arm, Coulomb, History, Lost, Model, Motion, Scheme, Wall};
+use crate::solver::{Limit, capability, finite, restart_springs, single};
 
 /// All limits of `model`.
 pub fn of(model: &Model) -> Vec<Limit> {
@@ -14,6 +14,7 @@ pub fn of(model: &Model) -> Vec<Limit> {
     features(model, &mut limits);
     law(model, &mut limits);
     limits.extend(single::limits(model, "LAMMPS"));
+    limits.extend(restart_springs::limits(model, "LAMMPS", Wall::is_primitive));
     walls(model, &mut limits);
     limits
 }
@@ -35,8 +36,14 @@ fn features(model: &Model, limits: &mut Vec<Limit>) {
             "oblique planes and planes that move along their normal in a periodic box: LAMMPS' regions do not repeat themselves",
         ),
         (
-            needs.oblique_planes && needs.friction,
-            "friction at oblique planes: LAMMPS' region walls gave 0.2 % less tangential velocity than its own law in a sticking impact; use LIGGGHTS or YADE",
+            needs.springs
+                && (values::kinds(model) > 1
+                    || model.walls.iter().any(|wall| !wall.is_primitive())),
+            "tangential springs at the start with bodies of several materials, oblique planes or planes that move along their normal: riprap writes no such LAMMPS deck",
+        ),
+        (
+            needs.arrivals && (needs.clumps || needs.periodic),
+            "grains inserted over time with rigid clumps or in a periodic box: riprap writes no such LAMMPS deck; use spheres that come into an ordinary run",
         ),
         (
             needs.drag && needs.clumps,
@@ -89,7 +96,13 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
             "clumps turn by the Richardson-corrected quaternion step of fix rigid",
         ));
     }
-    if needs.normal_damping || needs.tangential_damping {
+    let dashpots = needs.normal_damping || needs.tangential_damping;
+    if needs.arrivals && dashpots && plan.scheme != Scheme::Lammps {
+        limits.push(Limit::differs(
+            "where a grain comes dashpots see the full-step velocities once (a new run command makes the set-up pass again)",
+        ));
+    }
+    if dashpots {
         limits.push(Limit::differs(
             "contact forces that are written are those of full-step velocities; the motion uses half-step ones",
         ));
@@ -104,7 +117,7 @@ fn walls(model: &Model, limits: &mut Vec<Limit>) {
                 wall.name
             )));
         }
-        let region = matches!(wall.motion, Motion::Translate { .. }) && !wall.is_primitive();
+        let region = wall.motion.moves() && !wall.is_primitive();
         if region && model.plan.scheme != Scheme::Lammps {
             limits.push(Limit::differs(format!(
                 "wall `{}` has no velocity in the set-up pass: what touches it at the start feels its motion one step later",

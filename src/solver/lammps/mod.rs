@@ -8,8 +8,9 @@ mod values;
 use super::deck::{Deck, DeckOptions, Draft};
 use super::dump;
 use super::program::Program;
+use super::restart_springs::Layout;
 use super::{Installation, Limit, Solver, SolverError};
-use crate::model::{Arm, History, Law, Model, Run, Scheme};
+use crate::model::{Arm, History, Law, Model, Run, Scheme, Wall};
 use crate::num::Job;
 use std::path::Path;
 
@@ -26,6 +27,15 @@ const PROGRAM: Program = Program {
     until: &[],
     outputs: read::OUTPUTS,
     step_of: dump::step_of,
+};
+
+const LAYOUT: Layout = Layout {
+    solver: PROGRAM.name,
+    own: 16,
+    tail: 16,
+    contacts_first: true,
+    plain_numbers: true,
+    is_primitive: Wall::is_primitive,
 };
 
 impl Solver for Lammps {
@@ -72,7 +82,14 @@ impl Solver for Lammps {
         let (data, atoms) = (values::Data::new(model), values::atoms(model));
         let tables = vec![atoms, values::velocities(model), values::molecules(model)];
         draft.add_tables("spheres.data", "lammps/spheres.data", &data, tables)?;
-        draft.add("run.sh", "lammps/run.sh", &values::Start::new(options))?;
+        draft.add("run.sh", "lammps/run.sh", &values::Start::new(model, options))?;
+        if model.needs().springs {
+            draft.add_springs(model, LAYOUT)?;
+        }
+        if model.needs().arrivals {
+            let (head, table) = (values::Arrivals::new(model), values::arrivals(model));
+            draft.add_tables("arrivals.in", "lammps/arrivals.in", &head, vec![table])?;
+        }
         if model.needs().clumps {
             let (rigid, table) = (values::Rigid::new(model), values::rigid(model));
             draft.add_tables("rigid.inf", "lammps/rigid.inf", &rigid, vec![table])?;

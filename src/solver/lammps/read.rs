@@ -30,7 +30,9 @@ pub fn run(
         }
         _ => None,
     };
-    let loop_seconds = dump::loop_seconds(ended);
+    // With arrivals there is a loop time for each part of the run.
+    let whole = model.arrivals.is_empty();
+    let loop_seconds = dump::loop_seconds(ended).filter(|_| whole);
     reading::run(
         solver,
         model,

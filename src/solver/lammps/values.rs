@@ -1,7 +1,7 @@
 //! The values that the LAMMPS templates print: one struct a template.
 
 use crate::geometry::Bounds;
-use crate::model::{Contact, Model, Motion, Needs, WallShape};
+use crate::model::{Body, Contact, Model, Motion, Needs, WallShape};
 use crate::num::{Mat3, Vec3};
 use crate::solver::deck::{DeckOptions, Header};
 use crate::solver::table::{Cell, Table};
@@ -63,6 +63,10 @@ struct WallValues {
     normal: [f64; 3],
     moves: bool,
     velocity: [f64; 3],
+    turns: bool,
+    origin: [f64; 3],
+    turn_axis: [f64; 3],
+    rate: f64,
     /// The first of the fixes of its wall: it declares the region.
     first: bool,
 }
@@ -90,6 +94,11 @@ fn body_materials(model: &Model) -> Vec<u16> {
     materials.sort_unstable();
     materials.dedup();
     materials
+}
+
+/// Number of materials that bodies have.
+pub fn kinds(model: &Model) -> usize {
+    body_materials(model).len()
 }
 
 /// Pairs of materials that meet: bodies with bodies, bodies with walls.
@@ -134,6 +143,10 @@ fn walls(model: &Model) -> Vec<WallValues> {
             Motion::Translate { velocity } => velocity,
             _ => Vec3::zeros(),
         };
+        let (origin, turn_axis, rate) = match wall.motion {
+            Motion::Rotate { origin, axis, rate } => (origin, axis, rate),
+            _ => (Vec3::zeros(), Vec3::zeros(), 0.0),
+        };
         let along = (0..3).find(|a| velocity[*a] != 0.0);
         let place = format!("{position:?}");
         let (low, high) = if side > 0.0 { (place, "NULL".into()) } else { ("NULL".into(), place) };
@@ -153,6 +166,10 @@ fn walls(model: &Model) -> Vec<WallValues> {
                 normal: plain(normal),
                 moves: velocity.norm() > 0.0,
                 velocity: plain(&velocity),
+                turns: rate != 0.0,
+                origin: plain(&origin),
+                turn_axis: plain(&turn_axis),
+                rate,
                 first: number == 0,
             });
         }
@@ -238,10 +255,15 @@ impl Data {
             needs: model.needs(),
             types: model.materials.len(),
             sides: (0..3).map(|a| (AXES[a], bounds.low[a], bounds.high[a])).collect(),
-            atoms: model.spheres.len(),
-            moves: model.bodies.iter().any(|b| b.velocity.amax() > 0.0 || b.spin.amax() > 0.0),
+            atoms: there(model).map(|(_, body)| body.sphere_count as usize).sum(),
+            moves: there(model).any(|(_, b)| b.velocity.amax() > 0.0 || b.spin.amax() > 0.0),
         }
     }
+}
+
+/// The bodies that are there from the start.
+fn there(model: &Model) -> impl Iterator<Item = (usize, &Body)> {
+    model.bodies[..model.first_arrival()].iter().enumerate()
 }
 
 /// All spheres. LAMMPS computes masses from densities as of spheres, discs too.
@@ -249,7 +271,7 @@ pub fn atoms(model: &Model) -> Table<'_> {
     let columns = &["id", "type", "diameter", "density", "x", "y", "z"];
     Table::new("atoms", columns, move |rows| {
         let flat = model.needs().discs;
-        for (index, body) in model.bodies.iter().enumerate() {
+        for (index, body) in there(model) {
             let spheres = model.spheres_of(index);
             let volume: f64 = spheres.iter().map(|s| s.radius.powi(3)).sum();
             // Of clumps the masses of single spheres act on nothing: shares by volume.
@@ -270,7 +292,7 @@ pub fn atoms(model: &Model) -> Table<'_> {
 /// rigid has its own of clumps.
 pub fn velocities(model: &Model) -> Table<'_> {
     Table::new("velocities", &["id", "vx", "vy", "vz", "wx", "wy", "wz"], move |rows| {
-        for (index, body) in model.bodies.iter().enumerate() {
+        for (index, body) in there(model) {
             let spheres = model.spheres_of(index);
             for (sphere, id) in spheres.iter().zip(body.first_sphere as usize + 1..) {
                 let place = body.position + body.orientation * sphere.offset;
@@ -375,11 +397,50 @@ pub fn rigid(model: &Model) -> Table<'_> {
 #[derive(Debug, Serialize)]
 pub struct Start {
     ranks: usize,
+    springs: bool,
 }
 
 impl Start {
     /// Reads the options.
-    pub fn new(options: &DeckOptions) -> Self {
-        Self { ranks: options.ranks }
+    pub fn new(model: &Model, options: &DeckOptions) -> Self {
+        Self { ranks: options.ranks, springs: !model.springs.is_empty() }
     }
+}
+
+/// Values of `arrivals.in` besides its table.
+#[derive(Debug, Serialize)]
+pub struct Arrivals {
+    spheres: usize,
+    kinds: bool,
+}
+
+impl Arrivals {
+    /// Reads a model.
+    pub fn new(model: &Model) -> Self {
+        Self { spheres: model.coming().count(), kinds: body_materials(model).len() > 1 }
+    }
+}
+
+/// The spheres that come during the run, in the order of time.
+pub fn arrivals(model: &Model) -> Table<'_> {
+    const COLUMNS: &[&str] = &[
+        "step", "id", "type", "diameter", "density", "x", "y", "z", "vx", "vy", "vz", "wx", "wy",
+        "wz",
+    ];
+    Table::new("arrivals", COLUMNS, move |rows| {
+        let flat = model.needs().discs;
+        for (index, body) in model.coming() {
+            let radius = model.spheres[body.first_sphere as usize].radius;
+            let density = body.mass / (4.0 / 3.0 * PI * radius.powi(3));
+            let (x, v, w) = (&body.position, &body.velocity, &body.spin);
+            let z = if flat { 0.0 } else { x.z };
+            let row = [2.0 * radius, density, x.x, x.y, z, v.x, v.y, v.z, w.x, w.y, w.z];
+            let mut cells = [Cell::Count(model.arrival_step(index) as usize); 14];
+            cells[1] = (body.first_sphere as usize + 1).into();
+            cells[2] = type_number(body.material).into();
+            cells[3..].copy_from_slice(&row.map(Cell::Number));
+            rows.put(&cells)?;
+        }
+        Ok(())
+    })
 }

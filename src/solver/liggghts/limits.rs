@@ -1,11 +1,11 @@
 //! What LIGGGHTS 3.8.0 cannot express or does in its own way.
 
-use super::{multisphere, values};
+use super::{arrivals, multisphere, values};
 use crate::geometry::Mesh;
 use crate::model::extra::{Cohesion, Rolling};
 use crate::model::{Arm, Coulomb, History, Lost, Model, Motion, PairForces, Scheme, WallShape};
 use crate::solver::mesh_check::{MeshFacts, inspect};
-use crate::solver::{Limit, capability, finite, single};
+use crate::solver::{Limit, capability, finite, restart_springs, single};
 
 /// Smallest angle of a mesh triangle that LIGGGHTS takes with its default
 /// `curvature`, rad (0.256235 degrees).
@@ -25,6 +25,8 @@ pub fn of(model: &Model) -> Vec<Limit> {
     law(model, &mut limits);
     limits.extend(single::limits(model, "LIGGGHTS"));
     limits.extend(multisphere::limits(model));
+    limits.extend(arrivals::limits(model));
+    limits.extend(restart_springs::limits(model, "LIGGGHTS", values::is_primitive));
     walls(model, &mut limits);
     limits
 }

@@ -1,6 +1,7 @@
 //! LIGGGHTS 3.8.0 (Kloss et al. 2012), as Debian builds it: hooke/stiffness
 //! contacts, `fix rigid` clumps placed by file or `fix multisphere`, primitive and mesh walls.
 
+mod arrivals;
 mod limits;
 mod multisphere;
 mod read;
@@ -10,6 +11,7 @@ mod values;
 use super::deck::{Deck, DeckOptions, Draft};
 use super::dump;
 use super::program::Program;
+use super::restart_springs::Layout;
 use super::{Installation, Limit, Solver, SolverError};
 use crate::model::{Law, Model, Run, Scheme};
 use crate::num::Job;
@@ -28,6 +30,15 @@ const PROGRAM: Program = Program {
     until: &[',', ' '],
     outputs: read::OUTPUTS,
     step_of: dump::step_of,
+};
+
+const LAYOUT: Layout = Layout {
+    solver: PROGRAM.name,
+    own: 17,
+    tail: 0,
+    contacts_first: false,
+    plain_numbers: false,
+    is_primitive: values::is_primitive,
 };
 
 impl Solver for Liggghts {
@@ -84,6 +95,18 @@ impl Solver for Liggghts {
         } else if model.needs().clumps {
             let (rigid, table) = (values::Rigid::new(model), values::rigid(model));
             draft.add_tables("rigid.inf", "liggghts/rigid.inf", &rigid, vec![table])?;
+        }
+        if model.needs().springs {
+            draft.add_springs(model, LAYOUT)?;
+        }
+        if model.needs().arrivals {
+            let head = arrivals::Arrivals::new(model);
+            draft.add_tables(
+                "arrivals.in",
+                "liggghts/arrivals.in",
+                &head,
+                arrivals::tables(model),
+            )?;
         }
         for surface in &surfaces {
             draft.add(surface.file(), "liggghts/wall.stl", &values::Stl::new(surface))?;

@@ -23,7 +23,7 @@ pub const MOST_SHAPES: usize = 150;
 /// Most clumps: 1 000 take 0.3 s to start, 10 000 about 35 s (measured).
 pub const MOST_BODIES: usize = 10_000;
 /// Half width of the block around a coordinate of zero, m: its volume must stay above 1e-80 m³.
-const LEAST: f64 = 1e-26;
+pub const LEAST: f64 = 1e-26;
 
 /// Whether the deck of `model` holds clumps by `fix multisphere`.
 pub fn is_used(model: &Model) -> bool {
@@ -125,7 +125,7 @@ struct Template {
 }
 
 /// Seeds must be primes above 10 000; places are given, so that all templates may share one.
-const SEED: u32 = 15_485_863;
+pub const SEED: u32 = 15_485_863;
 
 impl Clumps {
     /// Reads a model.

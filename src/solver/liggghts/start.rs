@@ -9,11 +9,16 @@ use serde::Serialize;
 pub struct Start {
     ranks: usize,
     restarts: bool,
+    springs: bool,
 }
 
 impl Start {
     /// Reads the options.
     pub fn new(model: &Model, options: &DeckOptions) -> Self {
-        Self { ranks: options.ranks, restarts: model.decks.restarts > 0 }
+        Self {
+            ranks: options.ranks,
+            restarts: model.decks.restarts > 0,
+            springs: !model.springs.is_empty(),
+        }
     }
 }

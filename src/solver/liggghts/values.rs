@@ -233,6 +233,11 @@ fn primitive(wall: &Wall) -> Option<Plane> {
     }
 }
 
+/// Whether the deck has the wall as a primitive plane.
+pub fn is_primitive(wall: &Wall) -> bool {
+    primitive(wall).is_some()
+}
+
 /// The room in which spheres may touch walls: the domain and one radius around it.
 fn covered(model: &Model) -> Bounds {
     let mut room = model.domain.grown(largest_radius(model));
@@ -473,7 +478,7 @@ impl Data {
             .collect();
         let inserted = multisphere::is_used(model);
         let listed = |body: &&Body| !inserted || body.sphere_count == 1;
-        let bodies = || model.bodies.iter().filter(listed);
+        let bodies = || model.bodies[..model.first_arrival()].iter().filter(listed);
         let spheres: usize = bodies().map(|body| body.sphere_count as usize).sum();
         Self {
             rigid: is_rigid(model),
@@ -519,7 +524,7 @@ pub fn atoms<'a>(model: &'a Model, points: &'a [Extra]) -> Table<'a> {
             rows.put(&[(id + 1).into(), kind.into(), d, density, x, y, z, molecule.into()])
         };
         let (inserted, mut molecule, mut number) = (multisphere::is_used(model), 0, 0);
-        for (index, body) in model.bodies.iter().enumerate() {
+        for (index, body) in model.bodies[..model.first_arrival()].iter().enumerate() {
             let clump = body.sphere_count > 1;
             if clump && inserted {
                 continue;
@@ -556,7 +561,7 @@ pub fn velocities<'a>(model: &'a Model, points: &'a [Extra]) -> Table<'a> {
             rows.put(&[(id + 1).into(), x, y, z, u, v, w])
         };
         let (inserted, mut number) = (multisphere::is_used(model), 0);
-        for (index, body) in model.bodies.iter().enumerate() {
+        for (index, body) in model.bodies[..model.first_arrival()].iter().enumerate() {
             if inserted && body.sphere_count > 1 {
                 continue;
             }

@@ -40,6 +40,20 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
             "restarts with bonds, or of spheres that are taken out: what broke and what left is kept by the script, not by O.save; use `riprap run --resume`",
         ));
     }
+    let refused = [
+        (needs.clumps, "with rigid clumps"),
+        (needs.periodic, "in a periodic box"),
+        (needs.restarts, "with restarts"),
+        (
+            needs.zeroing || plan.guard.lost == Lost::Remove,
+            "with velocities set to zero or spheres taken out",
+        ),
+    ];
+    for (_, what) in refused.iter().filter(|(there, _)| needs.arrivals && *there) {
+        limits.push(Limit::refused(format!(
+            "grains inserted over time {what}: riprap writes no such YADE deck; use spheres that come into an ordinary run"
+        )));
+    }
     limits.extend(bonds::limits(model));
     limits.extend(springs::limits(model));
     limits.extend(capability::refusals(1, &needs));

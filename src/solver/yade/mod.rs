@@ -80,6 +80,10 @@ impl Solver for Yade {
             let (head, table) = (values::Members::new(model), values::members(model));
             draft.add_tables("members.csv", "yade/members.csv", &head, vec![table])?;
         }
+        if needs.arrivals {
+            let (nothing, table) = (values::Nothing {}, values::arrivals(model));
+            draft.add_tables("arrivals.csv", "yade/arrivals.csv", &nothing, vec![table])?;
+        }
         if needs.bonds {
             let (nothing, table) = (values::Nothing {}, bonds::table(model));
             draft.add_tables("bonds.csv", "yade/bonds.csv", &nothing, vec![table])?;

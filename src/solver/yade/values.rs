@@ -2,7 +2,7 @@
 
 use super::series::{self, Class};
 use crate::geometry::Bounds;
-use crate::model::{Contact, Lost, Model, Motion, Needs, Wall, WallShape};
+use crate::model::{Body, Contact, Lost, Model, Motion, Needs, Wall, WallShape};
 use crate::num::Vec3;
 use crate::solver::deck::Header;
 use crate::solver::table::{Cell, Table};
@@ -446,17 +446,41 @@ pub fn spheres(model: &Model) -> Table<'_> {
         "wy", "wz",
     ];
     Table::new("spheres", COLUMNS, move |rows| {
-        let (flat, materials) = (model.needs().discs, body_materials(model));
-        for body in model.bodies.iter().filter(|body| body.sphere_count == 1) {
-            let (x, index) = (&body.position, body.first_sphere as usize);
-            let inertia = if flat { body.inertia.z } else { body.inertia.x };
-            let (v, w) = (early(model, &body.velocity), &body.spin);
-            let z = if flat { 0.0 } else { x.z };
-            let radius = model.spheres[index].radius;
-            let row = [x.x, x.y, z, radius, body.mass, inertia, v.x, v.y, v.z, w.x, w.y, w.z];
-            let mut cells = [Cell::Count(index); 14];
-            cells[1] = materials[usize::from(body.material)].into();
-            cells[2..].copy_from_slice(&row.map(Cell::Number));
+        let materials = body_materials(model);
+        let bodies = &model.bodies[..model.first_arrival()];
+        for body in bodies.iter().filter(|body| body.sphere_count == 1) {
+            rows.put(&sphere(model, body, &materials))?;
+        }
+        Ok(())
+    })
+}
+
+/// Index, material; place, radius, mass, moment of inertia, velocity half a step before, spin of a body of one sphere.
+fn sphere(model: &Model, body: &Body, materials: &[usize]) -> [Cell; 14] {
+    let flat = model.needs().discs;
+    let (x, index) = (&body.position, body.first_sphere as usize);
+    let inertia = if flat { body.inertia.z } else { body.inertia.x };
+    let (v, w) = (early(model, &body.velocity), &body.spin);
+    let z = if flat { 0.0 } else { x.z };
+    let radius = model.spheres[index].radius;
+    let row = [x.x, x.y, z, radius, body.mass, inertia, v.x, v.y, v.z, w.x, w.y, w.z];
+    let mut cells = [Cell::Count(index); 14];
+    cells[1] = materials[usize::from(body.material)].into();
+    cells[2..].copy_from_slice(&row.map(Cell::Number));
+    cells
+}
+
+/// The spheres that come during the run, in the order of time: the step after which each is there, and what `spheres.csv` says of it.
+pub fn arrivals(model: &Model) -> Table<'_> {
+    const COLUMNS: &[&str] = &[
+        "step", "index", "material", "x", "y", "z", "radius", "mass", "inertia", "vx", "vy", "vz",
+        "wx", "wy", "wz",
+    ];
+    Table::new("arrivals", COLUMNS, move |rows| {
+        let materials = body_materials(model);
+        for (index, body) in model.bodies.iter().enumerate().skip(model.first_arrival()) {
+            let mut cells = [Cell::Count(model.arrival_step(index) as usize); 15];
+            cells[1..].copy_from_slice(&sphere(model, body, &materials));
             rows.put(&cells)?;
         }
         Ok(())

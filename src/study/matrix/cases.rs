@@ -1,6 +1,8 @@
 //! The cases of the comparison matrix: each a scene that anybody can open and run by itself,
 //! with what it shows, its tolerance and the reason for it.
 
+mod late;
+
 use std::f64::consts::TAU;
 
 /// One case.
@@ -17,6 +19,8 @@ pub struct Case {
     pub lock_step: Option<(u64, u64)>,
     /// Whether it is also run on two MPI ranks.
     pub ranks: bool,
+    /// Whether decks are also taken back to a restart file and resumed.
+    pub resumes: bool,
     /// Whether the limit of small steps is looked at too.
     pub limit: bool,
     /// Solvers of which it is known that they differ, and why.
@@ -38,6 +42,7 @@ fn case(key: impl Into<String>, what: impl Into<String>, scene: String) -> Case 
         reason: ROUNDING,
         lock_step: None,
         ranks: false,
+        resumes: false,
         limit: false,
         known: &[],
         scene,
@@ -292,6 +297,31 @@ fn walls() -> Vec<Case> {
             )
         },
     ];
+    // Two neighbours of the cone of the silo: of coplanar triangles one begins to touch with its
+    // corner while the other touches with its edge.
+    let at = |k: u32, radius: f64, z: f64| {
+        let angle = TAU * f64::from(k) / 24.0;
+        [radius * angle.cos(), radius * angle.sin(), z]
+    };
+    let cone: Vec<[[f64; 3]; 3]> = [18, 19]
+        .into_iter()
+        .flat_map(|k| {
+            let [a, b] = [at(k, 0.032, 0.04), at(k + 1, 0.032, 0.04)];
+            let [c, d] = [at(k, 0.07, 0.078), at(k + 1, 0.07, 0.078)];
+            [[a, b, d], [a, d, c]]
+        })
+        .collect();
+    let slides =
+        body("large", [0.00564, -0.02419, 0.04709], [0.23, -0.68, -0.74], [20.0, -30.0, 10.0]);
+    all.push(Case {
+        files: vec![("cone.stl", stl(&cone))],
+        known: FACETS,
+        ..case(
+            "wall-rim",
+            "a sphere slides over a corner of the rim of a cone",
+            USUAL.scene("A sphere on a rim", &slides, &mesh_wall("cone.stl")),
+        )
+    });
     let rest = body("large", [0.0, 0.0, 0.00999], [0.5, 0.0, 0.0], STILL);
     let long = Usual { steps: 8000, ..USUAL };
     all.push(case(
@@ -530,6 +560,34 @@ fn bulk() -> Vec<Case> {
                 usual.scene("A bed settles", &bed([4, 4, 4], inside), &r#box),
             )
         },
+        Case {
+            tolerance: 1e-9,
+            resumes: true,
+            known: &[(
+                "liggghts",
+                "read_restart is followed by a set-up pass with full-step velocities; chaos makes the difference grow",
+            )],
+            ..segments(
+                "restarts",
+                "a bed that settles is taken back to half its run and resumed (run.sh --resume)",
+                usual.scene("A bed is resumed", &bed([4, 4, 2], inside), &r#box)
+                    + "\n[decks]\nrestarts = 2\n",
+            )
+        },
+        segments(
+            "insertion",
+            "spheres come one every 1.2 ms into a box of planes",
+            late::raining(&usual, &r#box),
+        ),
+        Case {
+            tolerance: 1e-6,
+            reason: SEGMENTS,
+            ..case(
+                "insertion-start",
+                "twelve spheres come into an empty box, one every 8 ms, and settle: the whole run",
+                late::from_nothing(&usual, &r#box),
+            )
+        },
         segments(
             "compression",
             "a lid presses a bed",
@@ -572,13 +630,7 @@ fn bulk() -> Vec<Case> {
         },
         Case {
             files: vec![("silo.stl", stl(&silo))],
-            known: &[
-                INNER,
-                (
-                    "liggghts",
-                    "the spring of a contact that changes faces where cylinder and cone meet; without friction 8e-11",
-                ),
-            ],
+            known: &[INNER],
             ..segments(
                 "silo",
                 "a silo runs out: cylinder and cone (STL), DEM2020 case 1 with the linear law",

@@ -20,7 +20,7 @@ use crate::report::gallery::{self, Colouring};
 use crate::report::picture::Picture;
 use crate::scene::comparing::Compared;
 use crate::scene::road::{Road, RoadError};
-use crate::solver::{DeckOptions, Solver};
+use crate::solver::{Deck, DeckOptions, LimitKind, Solver};
 use cases::Case;
 use std::path::Path;
 
@@ -66,6 +66,7 @@ pub fn run(
         job.report("matrix", number as u64, chosen.len() as u64);
         let mut road = open(case, folder, job)?;
         let mut found = match case.lock_step {
+            _ if case.resumes => resumed(&mut road, case, solvers)?,
             Some(_) => lock_step(&mut road, case, solvers)?,
             None => whole(&mut road, case, solvers)?,
         };
@@ -141,7 +142,7 @@ fn picture(road: &mut Road, case: &Case) -> Result<(String, String, String, Pict
 fn case_row(case: &Case, solvers: &[&'static dyn Solver], found: &[Row]) -> Vec<Cell> {
     let mut row: Vec<Cell> = vec![case.key.as_str().into(), case.tolerance.into()];
     for solver in solvers {
-        let own = found.iter().find(|row| row.solver == solver.name());
+        let own = found.iter().find(|row| row.solver.starts_with(solver.name()));
         let text = match own {
             None => String::new(),
             Some(row) if row.from_twin.is_nan() => {
@@ -336,6 +337,60 @@ fn cannot(message: &str) -> Row {
         verdict: format!("refused: {why}"),
         fails: false,
     }
+}
+
+/// Solvers that write restart files: a run that is taken back to the one in its middle and goes on, against
+/// the run in one piece.
+fn resumed(
+    road: &mut Road,
+    case: &Case,
+    solvers: &[&'static dyn Solver],
+) -> Result<Vec<Row>, StudyError> {
+    let (_, built) = road.built().map_err(work)?;
+    let mut model = built.model;
+    model.plan.steps = case.lock_step.map_or(model.plan.steps, |(every, _)| every);
+    model.plan.frame_every = model.plan.steps;
+    let radius = model.spheres.iter().map(|s| s.radius).fold(f64::INFINITY, f64::min);
+    let mut rows = Vec::new();
+    for solver in solvers {
+        let limits = solver.limits(&model);
+        if let Some(limit) = limits.into_iter().find(|limit| limit.kind == LimitKind::Refused) {
+            rows.push(cannot(&format!("{} cannot run this scene: {}", solver.name(), limit.what)));
+            continue;
+        }
+        let done = road.export(*solver, &model, &DeckOptions::default()).and_then(|deck| {
+            let whole = solver.run(&model, &deck, &road.job)?;
+            take_back(&deck, model.plan.steps)
+                .map_err(|error| RoadError::Work(format!("{}: {error}", deck.folder.display())))?;
+            Ok((whole, solver.run(&model, &deck, &road.job)?))
+        });
+        match done {
+            Ok((whole, rest)) => {
+                let (Some(a), Some(b)) = (whole.frames.last(), rest.frames.last()) else {
+                    continue;
+                };
+                let far = a.centres.iter().zip(&b.centres).map(|(a, b)| (a - b).norm() / radius);
+                let far = if a.step == b.step { far.fold(0.0, f64::max) } else { f64::INFINITY };
+                let name = format!("{}, resumed", solver.name());
+                rows.push(judged(case, solver.key(), name, far, f64::NAN, rest.cost.cpu_seconds));
+            }
+            Err(error) => rows.push(failed(format!("{}: {error}", solver.name()))),
+        }
+    }
+    Ok(rows)
+}
+
+/// Takes away the last restart file and has `run.sh` go on from the one before.
+fn take_back(deck: &Deck, steps: u64) -> std::io::Result<()> {
+    for name in [format!("restart.{steps}"), format!("restart.{steps}.xml.gz")] {
+        match std::fs::remove_file(deck.folder.join(name)) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(error),
+            _ => {}
+        }
+    }
+    std::fs::rename(deck.folder.join("run.sh"), deck.folder.join("whole.sh"))?;
+    let script = "#!/bin/sh\n# Goes on from the newest restart file.\ncd \"$(dirname \"$0\")\" || exit 1\nexec sh ./whole.sh --resume \"$@\"\n";
+    std::fs::write(deck.folder.join("run.sh"), script)
 }
 
 /// Solvers that take MPI ranks: two ranks against one, over the first steps of the case.
