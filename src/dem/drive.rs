@@ -150,10 +150,7 @@ fn start(
     neighbours::rebuild(setting, &mut state, &work.crew);
     handover::take_up(setting, &mut state);
     let stopped = watch.look(setting, &state, false);
-    let walls = setting.walls.clone();
-    setting.rest_for_set_up();
-    force_pass(setting, &mut state, work, true);
-    setting.walls = walls;
+    set_up_pass(setting, &mut state, work);
     let ledger = (
         ledger::kinetic(setting, &state) + ledger::stored(setting, &state),
         ledger::potential(setting, &state),
@@ -217,8 +214,16 @@ fn one_step(
 fn begin_again(setting: &mut Setting<'_>, state: &mut State, work: &mut Workspace) {
     work.forget_lists();
     neighbours::rebuild(setting, state, &work.crew);
-    // Walls keep their velocity, which LAMMPS knows from the step before.
+    set_up_pass(setting, state, work);
+}
+
+/// The force pass before the first step of a run.
+fn set_up_pass(setting: &mut Setting<'_>, state: &mut State, work: &mut Workspace) {
+    let walls = setting.walls.clone();
+    setting.rest_for_set_up();
+    work.forget_walls();
     force_pass(setting, state, work, true);
+    setting.walls = walls;
 }
 
 /// Whether something besides motion asks for new lists.

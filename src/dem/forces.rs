@@ -161,6 +161,11 @@ impl Workspace {
         self.blocks = Blocks { scratch, ..Blocks::default() };
     }
 
+    /// The next pass asks where walls are and how they move, even if it is at the time of the last.
+    pub fn forget_walls(&mut self) {
+        self.walls_at = None;
+    }
+
     /// Bytes of what grows with the number of spheres and pairs.
     #[cfg(test)]
     pub fn bytes(&self) -> usize {

@@ -1,5 +1,6 @@
 //! The stage that places grains: `packing.csv`, `packing.json`, `packing.vtp`.
 
+use super::file::Loaded;
 use super::grading::{self, Curves};
 use super::grains::Grain;
 use super::inserting;
@@ -52,46 +53,13 @@ impl Road {
 
     fn pack(&mut self, grains: &Grains, room: &Room, key: &str) -> Result<Packing, RoadError> {
         let mut running = self.store.begin("pack", key)?;
-        let all = listed(grains);
-        let scene = &self.loaded.scene;
-        // Grains that come later are not packed.
-        let packed_ones: Vec<u32> = (0..all.len() as u32)
-            .filter(|copy| !inserting::comes(&self.loaded, all[*copy as usize].family))
-            .collect();
-        let some_come = packed_ones.len() < all.len();
-        let own = some_come.then(|| Grains {
-            distinct: grains.distinct.clone(),
-            copies: packed_ones.iter().map(|copy| grains.copies[*copy as usize]).collect(),
-            key: String::new(),
-        });
-        let these = own.as_ref().unwrap_or(grains);
-        let list = listed(these);
-        let names: Vec<&str> = scene.grains.iter().map(|family| family.name.as_str()).collect();
-        let dimension = scene.dimension as usize;
-        let packed = match (&room.region, &scene.packing) {
-            (region, _) if list.is_empty() && some_come => Ok(nothing(region.as_ref())),
-            (Some(region), pack::Method::Compression(wanted)) => {
-                Ok(self.compressed(these, room, region, wanted)?)
-            }
-            (Some(region), pack::Method::Deposition(wanted)) => {
-                Ok(self.deposited(these, room, region, wanted)?)
-            }
-            (Some(region), method) => {
-                pack::pack(&list, &names, region, method, scene.seed, &self.job)
-            }
-            (None, pack::Method::Placed(placed)) => {
-                pack::pack_freely(&list, &names, dimension, placed, &self.job)
-            }
-            (None, _) => Err(Fault::new("", "needs a container", "a [container]").into()),
-        };
-        let mut packing = packed.map_err(|error| self.refused(error))?;
-        for laid in &mut packing.placements {
-            laid.grain = packed_ones[laid.grain as usize];
+        let sooner = Sooner::of(&self.loaded, grains);
+        let (these, some_come) = (sooner.as_ref().map_or(grains, |s| &s.grains), sooner.is_some());
+        let mut packing = self.place(these, room, some_come)?;
+        if let Some(sooner) = &sooner {
+            sooner.number_among_all(&mut packing);
         }
-        for dropped in &mut packing.dropped {
-            *dropped = packed_ones[*dropped as usize];
-        }
-        let list = all;
+        let list = listed(grains);
         if let Some(shares) = grading::shares(&self.loaded, &packing, &list) {
             packing.outcome.push_str(&format!("; {shares}"));
         }
@@ -111,10 +79,13 @@ impl Road {
             .map_err(|error| self.refused(error))?;
         let path = self.store.prepare(&mut running, "packing.vtp")?;
         format::vtp::write_particles(&path, &spheres(&packing, &list))?;
+        // A summary without the placements, which are in the table; a copy of them would be the
+        // peak of the memory.
+        let placements = std::mem::take(&mut packing.placements);
         self.store.write(&mut running, "packing.json", |out| {
-            let summary = Packing { placements: Vec::new(), ..packing.clone() };
-            Ok(serde_json::to_writer_pretty(out, &summary)?)
+            Ok(serde_json::to_writer_pretty(out, &packing)?)
         })?;
+        packing.placements = placements;
         if let Some(curves) = Curves::of(&self.loaded, &packing, &list) {
             self.store.write(&mut running, "grading.csv", |out| curves.csv(out))?;
             if let Some(svg) = curves.chart().svg() {
@@ -130,6 +101,31 @@ impl Road {
         Ok(packing)
     }
 
+    /// Places the grains with the scene's method; `some_come`: others come during the run.
+    fn place(&self, these: &Grains, room: &Room, some_come: bool) -> Result<Packing, RoadError> {
+        let scene = &self.loaded.scene;
+        let list = listed(these);
+        let names: Vec<&str> = scene.grains.iter().map(|family| family.name.as_str()).collect();
+        let dimension = scene.dimension as usize;
+        let packed = match (&room.region, &scene.packing) {
+            (region, _) if list.is_empty() && some_come => Ok(nothing(region.as_ref())),
+            (Some(region), pack::Method::Compression(wanted)) => {
+                Ok(self.compressed(these, room, region, wanted)?)
+            }
+            (Some(region), pack::Method::Deposition(wanted)) => {
+                Ok(self.deposited(these, room, region, wanted)?)
+            }
+            (Some(region), method) => {
+                pack::pack(&list, &names, region, method, scene.seed, &self.job)
+            }
+            (None, pack::Method::Placed(placed)) => {
+                pack::pack_freely(&list, &names, dimension, placed, &self.job)
+            }
+            (None, _) => Err(Fault::new("", "needs a container", "a [container]").into()),
+        };
+        packed.map_err(|error| self.refused(error))
+    }
+
     fn read_packing(&self) -> Result<Packing, RoadError> {
         let mut packing: Packing = self.store.read_json("packing.json")?;
         packing.placements = pack::file::read(&self.store.path("packing.csv"))
@@ -141,6 +137,41 @@ impl Road {
         match error {
             PackError::Wrong(fault) => self.wrong(fault.under("packing")),
             PackError::File(error) => error.into(),
+        }
+    }
+}
+
+/// The grains that are there from the start, where others come during the run.
+struct Sooner {
+    grains: Grains,
+    /// Number of each among all.
+    numbers: Vec<u32>,
+}
+
+impl Sooner {
+    /// `None` where all grains are there from the start.
+    fn of(loaded: &Loaded, grains: &Grains) -> Option<Self> {
+        let there = |copy: &u32| {
+            let distinct = grains.copies[*copy as usize] as usize;
+            !inserting::comes(loaded, grains.distinct[distinct].family)
+        };
+        let all = 0..grains.copies.len() as u32;
+        if all.clone().all(|copy| there(&copy)) {
+            return None;
+        }
+        let numbers: Vec<u32> = all.filter(there).collect();
+        let copies = numbers.iter().map(|copy| grains.copies[*copy as usize]).collect();
+        let grains = Grains { distinct: grains.distinct.clone(), copies, key: String::new() };
+        Some(Self { grains, numbers })
+    }
+
+    /// From numbers among these grains to those among all.
+    fn number_among_all(&self, packing: &mut Packing) {
+        for laid in &mut packing.placements {
+            laid.grain = self.numbers[laid.grain as usize];
+        }
+        for dropped in &mut packing.dropped {
+            *dropped = self.numbers[*dropped as usize];
         }
     }
 }

@@ -18,7 +18,9 @@ fn rain(dimension: Dimension, from_start: usize) -> Model {
     let up = if flat { Vec3::y() } else { Vec3::z() };
     let spin = if flat { Vec3::z() * 40.0 } else { Vec3::new(20.0, -60.0, 5.0) };
     for i in 0..9_u32 {
-        let height = if (i as usize) < from_start { 3e-3 } else { 6e-3 };
+        // Discs start above the two that `flat_scene` holds, and bounce higher.
+        let [first, later] = if flat { [4e-3, 9e-3] } else { [3e-3, 6e-3] };
+        let height = if (i as usize) < from_start { first } else { later };
         let place = Vec3::x() * (-3e-3 + 2.7e-3 * f64::from(i % 3)) + up * height;
         add_sphere(&mut model, place, up * -1.5 + Vec3::x() * 0.1, spin);
         let (body, first) = (model.bodies.len() - 1, model.spheres.len() - 1);
@@ -32,7 +34,9 @@ fn rain(dimension: Dimension, from_start: usize) -> Model {
             model.arrivals.push(f64::from(1 + 700 * (i - from_start as u32)) * 1e-6);
         }
     }
-    (model.plan.step, model.plan.steps, model.plan.frame_every) = (1e-6, 7000, 500);
+    // Discs collide more often, which lets rounding grow.
+    (model.plan.step, model.plan.frame_every) = (1e-6, 500);
+    model.plan.steps = if flat { 5500 } else { 7000 };
     model
 }
 
@@ -54,7 +58,11 @@ fn spheres_that_come_are_where_our_own_are() {
 fn a_piston_meets_spheres_that_come() {
     for solver in solver::all() {
         let mut model = rain(Dimension::Three, 3);
+        // A sphere touches the piston (closing at 0.3 m/s over 0.2 mm) when the second comes;
+        // where the last would come the piston is already.
+        model.walls[1].shape = WallShape::Plane { point: Vec3::x() * 3.6e-3, normal: -Vec3::x() };
         model.walls[1].motion = slide(-0.2, 0.0, 0.05);
+        (model.bodies.pop(), model.spheres.pop(), model.arrivals.pop());
         agrees(solver, model);
     }
 }

@@ -170,6 +170,7 @@ pub fn add_pair(model: &mut Model, at: Vec3, velocity: Vec3, spin: Vec3) {
 pub fn twin_differences(solver: &dyn Solver, model: &Model) -> Option<[f64; 2]> {
     let theirs = finished(solver, model)?;
     let ours = dem::run(model, &Job::quiet()).expect("a run");
+    assert_eq!(ours.outcome, Outcome::Finished, "our own of scheme {}", solver.key());
     assert_eq!(ours.frames.len(), theirs.frames.len());
     let largest = model.spheres.iter().map(|s| s.radius).fold(0.0, f64::max);
     let [mut place, mut spin] = [0.0_f64; 2];
