@@ -1,10 +1,19 @@
 //! Threads of a run.
 //!
-//! Helpers sleep between passes. Looking for the next pass in between would save waking them, up to 50 µs, but where other
-//! work wants the processors it costs more than a second thread brings: see `benches/README.md`.
+//! A step has several passes of 50 to 1000 µs, and to wake a thread that sleeps takes up to 50 µs. So helpers that have
+//! nothing to do look for the next pass for a while before they sleep, and whoever shares out a pass looks for its
+//! end. Where other work wants the processors that would cost more than it brings: see [`Pace`].
 
-use rayon::{ThreadPool, ThreadPoolBuilder};
-use std::sync::Mutex;
+use crate::num::clock;
+use rayon::{ThreadPool, ThreadPoolBuilder, Yield};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+/// Times that a helper looks for work before it sleeps: some 100 µs.
+const LINGER: u32 = 1500;
+/// Times that the caller looks whether the helpers are done before it sleeps.
+const WAIT: u32 = 3000;
 
 /// One thread, or several that share out parts of the work. Results must not depend on who does
 /// what: parts write to memory of their own.
@@ -12,13 +21,17 @@ use std::sync::Mutex;
 pub struct Crew {
     /// Threads besides the caller's; none for one thread.
     helpers: Option<ThreadPool>,
+    /// Helpers that are looking for work, or do it.
+    awake: Arc<AtomicUsize>,
+    pace: Mutex<Pace>,
 }
 
 impl Crew {
     /// `threads` threads; one where no more can be started.
     pub fn new(threads: usize) -> Self {
         let start = |count| ThreadPoolBuilder::new().num_threads(count).build().ok();
-        Self { helpers: (threads > 1).then(|| start(threads - 1)).flatten() }
+        let helpers = (threads > 1).then(|| start(threads - 1)).flatten();
+        Self { helpers, awake: Arc::default(), pace: Mutex::new(Pace::new()) }
     }
 
     /// How many there are.
@@ -56,13 +69,87 @@ impl Crew {
                 }
             }
         };
+        let look = self.pace.lock().is_ok_and(|mut pace| pace.looks(1 + others.len()));
+        if look {
+            self.keep_awake(helpers, others.len());
+        }
+        let busy = AtomicUsize::new(others.len());
         helpers.in_place_scope(|scope| {
             for (number, other) in others.iter_mut().enumerate() {
-                let work = &work;
-                scope.spawn(move |_| work(number + 1, other));
+                let (work, busy) = (&work, &busy);
+                scope.spawn(move |_| {
+                    work(number + 1, other);
+                    busy.fetch_sub(1, Ordering::Release);
+                });
             }
             work(0, mine);
+            let times = if look { WAIT } else { 0 };
+            for _ in 0..times {
+                if busy.load(Ordering::Acquire) == 0 {
+                    break;
+                }
+                std::hint::spin_loop();
+            }
         });
+    }
+
+    /// Sees to it that `count` helpers look for work.
+    fn keep_awake(&self, helpers: &ThreadPool, count: usize) {
+        for _ in self.awake.load(Ordering::Relaxed)..count {
+            self.awake.fetch_add(1, Ordering::Relaxed);
+            let awake = Arc::clone(&self.awake);
+            helpers.spawn(move || {
+                let mut idle = 0;
+                while idle < LINGER {
+                    if rayon::yield_now() == Some(Yield::Executed) {
+                        idle = 0;
+                    } else {
+                        idle += 1;
+                        std::hint::spin_loop();
+                    }
+                }
+                awake.fetch_sub(1, Ordering::Relaxed);
+            });
+        }
+    }
+}
+
+/// Whether threads without work look for it or sleep. Threads that look use all the time of their processors; if this process
+/// gets clearly less, or more threads of it are at work, then others want them, and helpers sleep for a while.
+#[derive(Debug)]
+struct Pace {
+    looks: bool,
+    since: Instant,
+    cpu: Option<f64>,
+}
+
+impl Pace {
+    /// How long threads look before that is judged.
+    const TRIAL: Duration = Duration::from_millis(200);
+    /// How long they sleep before the next trial.
+    const REST: Duration = Duration::from_millis(1500);
+    /// CPU time over wall time and threads between which the processors are their own.
+    const OWN: std::ops::Range<f64> = 0.75..1.2;
+
+    fn new() -> Self {
+        Self { looks: true, since: Instant::now(), cpu: clock::cpu_seconds() }
+    }
+
+    /// Whether `threads` threads look for work now; they sleep where CPU time is not known.
+    fn looks(&mut self, threads: usize) -> bool {
+        let wall = self.since.elapsed();
+        if wall >= if self.looks { Self::TRIAL } else { Self::REST } {
+            let now = clock::cpu_seconds();
+            let used = now.zip(self.cpu).map(|(now, before)| now - before);
+            let share = used.map(|used| used / (wall.as_secs_f64() * threads as f64));
+            let own = share.is_some_and(|share| Self::OWN.contains(&share));
+            *self = Self {
+                looks: now.is_some() && (own || !self.looks),
+                since: Instant::now(),
+                cpu: now,
+            };
+        }
+        self.looks
     }
 }
 
