@@ -14,7 +14,7 @@ use super::equivalence::{deviation, interval};
 use super::{Effort, StudyError, go_on, models};
 use crate::dem;
 use crate::model::{Contact, Model, Motion, Outcome, Run, Scheme};
-use crate::num::statistics::{mean, root_mean_square};
+use crate::num::statistics::{mean, median, root_mean_square};
 use crate::num::{Job, Vec3, random};
 use crate::report::chart::{Axis, Chart, Series};
 use crate::report::curves::work_precision;
@@ -25,6 +25,8 @@ const RADIUS: f64 = 0.01;
 const DENSITY: f64 = 2500.0;
 const KN: f64 = 1e5;
 const CN: f64 = 11.6826;
+/// Runs of each step length, of whose times the median counts.
+const ROUNDS: usize = 5;
 /// Equivalence margin of the late statistics, part of the mean.
 const MARGIN: f64 = 0.02;
 
@@ -35,6 +37,8 @@ struct Size {
     times: &'static [f64],
     steps: &'static [f64],
     reference: f64,
+    /// Errors for which costs are compared: time, s, and root mean square, m.
+    wanted: &'static [(f64, f64)],
     seeds: u64,
     late: f64,
 }
@@ -48,6 +52,7 @@ impl Size {
                 times: &[0.03, 0.05],
                 steps: &[10.0, 20.0, 50.0, 100.0],
                 reference: 800.0,
+                wanted: &[(0.05, 2e-6)],
                 seeds: 6,
                 late: 0.3,
             },
@@ -55,8 +60,9 @@ impl Size {
                 side: 5,
                 layers: 8,
                 times: &[0.03, 0.05, 0.08, 0.12],
-                steps: &[10.0, 20.0, 50.0, 100.0, 200.0],
-                reference: 1600.0,
+                steps: &[10.0, 20.0, 50.0, 100.0, 200.0, 400.0, 800.0, 1600.0],
+                reference: 6400.0,
+                wanted: &[(0.03, 2e-7), (0.05, 1e-6), (0.08, 5e-5), (0.08, 1e-5), (0.12, 5e-5)],
                 seeds: 24,
                 late: 0.5,
             },
@@ -93,15 +99,22 @@ fn trajectories(
     remarks: &mut Vec<String>,
 ) -> Result<(Sheet, Charts), StudyError> {
     let last = size.times[size.times.len() - 1];
-    let run = |scheme, per_contact| -> Result<(Vec<Vec<Vec3>>, f64, u64), StudyError> {
+    let run = |scheme, per_contact| -> Result<(Vec<Vec<Vec3>>, f64), StudyError> {
         go_on(job)?;
         let run = collapse(size, scheme, per_contact, 0, last)?;
-        let places = size.times.iter().map(|time| nearest(&run, *time)).collect();
-        let seconds = run.cost.loop_seconds.unwrap_or(run.cost.cpu_seconds);
-        Ok((places, seconds, run.cost.steps))
+        let places: Vec<_> = size.times.iter().map(|time| nearest(&run, *time)).collect();
+        Ok((places, run.cost.loop_seconds.unwrap_or(run.cost.cpu_seconds)))
     };
-    let (fine, _, _) = run(Scheme::PathAveraged, size.reference)?;
-    let (half, _, _) = run(Scheme::PathAveraged, 0.5 * size.reference)?;
+    let timed = |scheme, per_contact| {
+        let (places, first) = run(scheme, per_contact)?;
+        let mut seconds = vec![first];
+        for _ in 1..ROUNDS {
+            seconds.push(run(scheme, per_contact)?.1);
+        }
+        Ok::<_, StudyError>((places, median(&seconds).unwrap_or(first)))
+    };
+    let (fine, _) = run(Scheme::PathAveraged, size.reference)?;
+    let (half, _) = run(Scheme::PathAveraged, 0.5 * size.reference)?;
     let floor: Vec<f64> = fine.iter().zip(&half).map(|(a, b)| distance(a, b)).collect();
     let mut columns: Vec<String> = vec!["scheme".into(), "steps a contact".into()];
     columns.extend(size.times.iter().map(|time| format!("at {time} s [m]")));
@@ -109,19 +122,20 @@ fn trajectories(
     let mut rows = Vec::new();
     let (mut over_steps, mut over_time, mut curves) = (Vec::new(), Vec::new(), Vec::new());
     for scheme in [Scheme::Leapfrog, Scheme::PathAveraged] {
-        let (mut by_step, mut by_time) = (Vec::new(), Vec::new());
+        let (mut by_step, mut by_time, mut costs) = (Vec::new(), Vec::new(), Vec::new());
         for &per_contact in size.steps {
-            let (places, seconds, _) = run(scheme, per_contact)?;
+            let (places, seconds) = timed(scheme, per_contact)?;
             let errors: Vec<f64> = fine.iter().zip(&places).map(|(a, b)| distance(a, b)).collect();
             let end = errors[errors.len() - 1];
             by_step.push((per_contact, end));
             by_time.push((seconds, end));
+            costs.push((per_contact, seconds, errors.clone()));
             let mut row = vec![scheme.key().into(), per_contact.into()];
             row.extend(errors.into_iter().map(Into::into));
             row.push(seconds.into());
             rows.push(row);
         }
-        curves.push(by_time.clone());
+        curves.push(costs);
         over_time.push((scheme.key().to_owned(), by_time));
         over_steps.push(Series { name: scheme.key().into(), points: by_step, dots: true });
     }
@@ -129,25 +143,15 @@ fn trajectories(
     row.extend(floor.iter().map(|error| (*error).into()));
     row.push(f64::NAN.into());
     rows.push(row);
-    let worst = over_steps[1].points.first().map_or(0.0, |point| point.1);
-    let wanted = 0.5 * worst;
-    if let [Some(one), Some(other)] = [&curves[0], &curves[1]].map(|curve| cost_at(curve, wanted)) {
-        remarks.push(format!(
-            "For an error of {wanted:.1e} m at {last} s leapfrog takes {:.1} times the CPU time of \
-             path_averaged.",
-            one / other
-        ));
-    } else {
-        remarks.push(format!(
-            "Leapfrog does not reach an error of {wanted:.1e} m at {last} s within the steps tried; \
-             path_averaged does."
-        ));
+    for &(time, wanted) in size.wanted {
+        let at = size.times.iter().position(|other| *other == time).unwrap_or(0);
+        remarks.push(compared(&curves, at, time, wanted));
     }
     let sheet = Sheet {
         key: "trajectories".into(),
         title: "Distance from the converged motion".into(),
         caption: format!(
-            "Root mean square over all spheres; reference: path_averaged at {} steps a contact.",
+            "Root mean square over all spheres; reference: path_averaged at {} steps a contact. CPU: median of {ROUNDS} runs.",
             size.reference
         ),
         columns,
@@ -171,7 +175,38 @@ fn trajectories(
     Ok((sheet, vec![("collapse-steps".into(), chart), ("collapse-time".into(), time)]))
 }
 
-/// CPU time for an error by interpolation in logarithms; `None` outside the points.
+/// A step length: steps a contact, CPU time, s, and errors at all times, m.
+type Cost = (f64, f64, Vec<f64>);
+
+/// What the schemes take for an error of `wanted` at `time`, the times' number `at`.
+fn compared(curves: &[Vec<Cost>], at: usize, time: f64, wanted: f64) -> String {
+    let reached = |curve: &[Cost]| {
+        let steps: Vec<_> = curve.iter().map(|(steps, _, e)| (*steps, e[at])).collect();
+        let seconds: Vec<_> = curve.iter().map(|(_, seconds, e)| (*seconds, e[at])).collect();
+        Some((cost_at(&steps, wanted)?, cost_at(&seconds, wanted)?))
+    };
+    match (reached(&curves[0]), reached(&curves[1])) {
+        (Some(one), Some(other)) => format!(
+            "For {wanted:.0e} m at {time} s leapfrog takes {:.0} steps a contact and path_averaged {:.0}: \
+             {:.1} times as many steps, {:.1} times the CPU time.",
+            one.0,
+            other.0,
+            one.0 / other.0,
+            one.1 / other.1
+        ),
+        (None, Some(other)) => format!(
+            "For {wanted:.0e} m at {time} s path_averaged takes {:.0} steps a contact; leapfrog, {:.1e} m off at {} \
+             steps, would take more than {:.0} times its CPU time.",
+            other.0,
+            curves[0].last().map_or(f64::NAN, |cost| cost.2[at]),
+            curves[0].last().map_or(f64::NAN, |cost| cost.0),
+            curves[0].last().map_or(f64::NAN, |cost| cost.1) / other.1
+        ),
+        _ => format!("Neither scheme crosses {wanted:.0e} m at {time} s within the steps tried."),
+    }
+}
+
+/// Steps or CPU time for an error by interpolation in logarithms; `None` outside the points.
 fn cost_at(curve: &[(f64, f64)], error: f64) -> Option<f64> {
     curve.windows(2).find_map(|pair| {
         let [(t0, e0), (t1, e1)] = [pair[0], pair[1]];
