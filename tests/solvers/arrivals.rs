@@ -62,7 +62,9 @@ fn a_piston_meets_spheres_that_come() {
         // where the last would come the piston is already.
         model.walls[1].shape = WallShape::Plane { point: Vec3::x() * 3.6e-3, normal: -Vec3::x() };
         model.walls[1].motion = slide(-0.2, 0.0, 0.05);
-        (model.bodies.pop(), model.spheres.pop(), model.arrivals.pop());
+        model.bodies.pop();
+        model.spheres.pop();
+        model.arrivals.pop();
         agrees(solver, model);
     }
 }
