@@ -8,13 +8,12 @@
 //! - in that of LAMMPS after step N, followed by a second set-up pass at t_N as after a new `run` command;
 //! - in `path_averaged` after step N.
 //!
-//! Its kinetic energy counts as there from the start. A body that overlaps another where it comes ends the run.
+//! Its kinetic energy counts as there from the start. A body that overlaps another where it comes ends the run, as one in a wall does.
 //! O(bodies) a body that comes, and new lists; nothing in other steps.
 
-use super::ledger;
 use super::setting::Setting;
-use super::state::{Solid, State, is_alone};
-use super::turn;
+use super::state::{Ball, Solid, State, is_alone};
+use super::{ledger, neighbours, surface, turn};
 use crate::model::Model;
 use crate::num::Vec3;
 
@@ -92,7 +91,7 @@ fn put_in(setting: &Setting<'_>, state: &mut State, index: usize, early: bool) {
     }
 }
 
-/// Why the run cannot go on: a body that came in the present step overlaps another.
+/// Why the run cannot go on: a body that came in the present step overlaps another, or a wall.
 pub fn blocked(setting: &Setting<'_>, state: &State) -> Option<String> {
     let model = setting.model;
     if !due(setting, state.step) {
@@ -100,25 +99,50 @@ pub fn blocked(setting: &Setting<'_>, state: &State) -> Option<String> {
     }
     let first = model.first_arrival();
     let fresh = (first..first + state.come).filter(|b| model.arrival_step(*b) == state.step);
-    for body in fresh {
+    let mut balls = fresh.flat_map(|body| {
         let own = &model.bodies[body];
-        for sphere in own.first_sphere..own.first_sphere + own.sphere_count {
-            let ball = &state.balls[state.slot[sphere as usize] as usize];
-            let deep = state.balls.iter().find(|other| {
-                let reach = ball.radius + other.radius;
-                let overlap = reach - setting.way(ball.place - other.place).norm();
-                other.body != ball.body && overlap > ROUNDING * ball.radius.min(other.radius)
-            });
-            if let Some(other) = deep {
-                return Some(format!(
-                    "body {body} comes at ({}, {}, {}) m where body {} is; insert grains at a lower rate, \
-                     faster, or farther from those that lie",
-                    ball.place.x, ball.place.y, ball.place.z, other.body
-                ));
-            }
-        }
-    }
-    None
+        let spheres = own.first_sphere..own.first_sphere + own.sphere_count;
+        spheres.map(|sphere| &state.balls[state.slot[sphere as usize] as usize])
+    });
+    balls.find_map(|ball| {
+        let taken = other_body(setting, state, ball).or_else(|| wall(setting, state, ball))?;
+        let (body, at) = (ball.body, ball.place);
+        Some(format!(
+            "body {body} comes at ({}, {}, {}) m where {taken} is; insert grains at a lower rate, faster, or \
+             farther from those that lie and from walls",
+            at.x, at.y, at.z
+        ))
+    })
+}
+
+/// Another body that a ball overlaps.
+fn other_body(setting: &Setting<'_>, state: &State, ball: &Ball) -> Option<String> {
+    let deep = state.balls.iter().find(|other| {
+        let reach = ball.radius + other.radius;
+        let overlap = reach - setting.way(ball.place - other.place).norm();
+        other.body != ball.body && overlap > ROUNDING * ball.radius.min(other.radius)
+    });
+    deep.map(|other| format!("body {}", other.body))
+}
+
+/// A wall that a ball overlaps.
+fn wall(setting: &Setting<'_>, state: &State, ball: &Ball) -> Option<String> {
+    let time = state.step as f64 * setting.step;
+    let far = (1.0 - ROUNDING) * ball.radius;
+    let plane = setting
+        .planes_at(time)
+        .iter()
+        .position(|plane| (ball.place - plane.point).dot(&plane.normal).abs() < far);
+    let plane = plane.map(|index| setting.planes[index] as usize);
+    let mut faces = Vec::new();
+    neighbours::faces_at(setting, time, &mut faces);
+    let face = || {
+        let near =
+            |face: &[Vec3; 3]| (ball.place - surface::closest(&ball.place, face).0).norm() < far;
+        Some(setting.surfaces.wall[faces.iter().position(near)?] as usize)
+    };
+    let number = plane.or_else(face)?;
+    Some(format!("wall `{}`", setting.model.walls[number].name))
 }
 
 /// What does not go with bodies that come during a run.

@@ -2,7 +2,7 @@
 
 use super::test_scenes::{RADIUS, add_plane, add_sphere, contact, empty};
 use super::{DemError, run};
-use crate::model::{Model, Motion, Outcome, Run, Scheme};
+use crate::model::{Model, Motion, Outcome, Run, Scheme, WallShape};
 use crate::num::{Job, Vec3};
 
 const SCHEMES: [Scheme; 5] =
@@ -104,6 +104,23 @@ fn a_place_that_is_taken_ends_the_run() {
     let Outcome::Stopped { step, reason, .. } = run.outcome else { panic!("{:?}", run.outcome) };
     assert_eq!(step, 51);
     assert!(reason.contains("body 1 comes at") && reason.contains("where body 0 is"), "{reason}");
+}
+
+#[test]
+fn a_place_in_a_wall_ends_the_run() {
+    let mut model = rain(Scheme::Leapfrog, 1);
+    let place = model.bodies[0].position + Vec3::x() * 0.9 * RADIUS;
+    add_plane(&mut model, place, Vec3::x(), Motion::Still);
+    let Outcome::Stopped { step, reason, .. } = done(&model).outcome else { panic!("goes on") };
+    assert_eq!(step, 50);
+    let wall = format!("where wall `{}` is", model.walls[1].name);
+    assert!(reason.contains("body 0 comes at") && reason.contains(&wall), "{reason}");
+    // Close to it is no matter.
+    let WallShape::Plane { point, .. } = &mut model.walls[1].shape else { unreachable!() };
+    point.x += 0.2 * RADIUS;
+    model.bodies[0].velocity = Vec3::zeros();
+    model.plan.steps = 100;
+    assert_eq!(done(&model).outcome, Outcome::Finished);
 }
 
 #[test]
