@@ -32,12 +32,13 @@ pub fn sweep<V: Version, K: Kind>(
 ) {
     let mixed = field.setting.alike.is_none();
     let planes = pairs.kind == Second::Planes;
+    let near = (count, &book.touching[base..]);
     macro_rules! with {
         ($friction:literal, $damping:literal) => {
             match (planes, mixed) {
-                (true, _) => V::meet_planes::<$friction, $damping>(field, pairs, count, scratch),
-                (_, false) => V::meet::<$friction, $damping, false>(field, pairs, count, scratch),
-                (_, true) => V::meet::<$friction, $damping, true>(field, pairs, count, scratch),
+                (true, _) => V::meet_planes::<$friction, $damping>(field, pairs, near, scratch),
+                (_, false) => V::meet::<$friction, $damping, false>(field, pairs, near, scratch),
+                (_, true) => V::meet::<$friction, $damping, true>(field, pairs, near, scratch),
             }
         };
     }
@@ -48,8 +49,11 @@ pub fn sweep<V: Version, K: Kind>(
         (true, true, false) => with!(true, 1),
         (true, true, true) => with!(true, 2),
     }
+    if (0..pairs.first.len()).step_by(V::WIDE).all(|at| scratch.touches[at] == 0) {
+        return;
+    }
     if field.memory.has_solids() && (K::FRICTION || K::DAMPING) {
-        meet_members::<V, K>(field, pairs, (book, base), scratch);
+        meet_members::<V, K>(field, pairs, scratch);
     }
     follow::<V, K>(field, (book, base), pairs.first.len(), scratch);
     V::answer::<K>(field, pairs, (book, base), scratch);
@@ -66,15 +70,10 @@ pub fn sweep<V: Version, K: Kind>(
 }
 
 /// Members of clumps: their bodies are asked one by one.
-fn meet_members<V: Version, K: Kind>(
-    field: &Field<'_>,
-    pairs: Pairs<'_>,
-    (book, base): (&BookView<'_>, usize),
-    scratch: &mut Scratch,
-) {
+fn meet_members<V: Version, K: Kind>(field: &Field<'_>, pairs: Pairs<'_>, scratch: &mut Scratch) {
     for at in 0..pairs.first.len() {
         let bits = scratch.touches[at / V::WIDE * V::WIDE];
-        if bits >> (at % V::WIDE) & 1 == 0 && !book.touching[base + at] {
+        if bits >> (at % V::WIDE) & 1 == 0 {
             continue;
         }
         let slot = pairs.block + usize::from(pairs.first[at]);
@@ -93,8 +92,9 @@ fn meet_members<V: Version, K: Kind>(
     }
 }
 
-/// First sweep over pairs: geometry and motion, of which the first `count` may touch. `DAMPING`:
-/// 0 without dashpots, 1 along normals only, 2 along tangents too.
+/// First sweep over pairs: geometry and motion, of which the first `count` may touch, and some are
+/// `touching`; nothing of groups in which no pair is near. `DAMPING`: 0 without dashpots, 1 along normals
+/// only, 2 along tangents too.
 #[inline(always)]
 pub fn meet<
     const W: usize,
@@ -105,7 +105,7 @@ pub fn meet<
 >(
     field: &Field<'_>,
     pairs: Pairs<'_>,
-    count: usize,
+    (count, touching): (usize, &[bool]),
     scratch: &mut Scratch,
 ) {
     check(pairs, field, scratch.pulls.len());
@@ -116,6 +116,7 @@ pub fn meet<
     let (span, half) = (L::splat(rule.advance), L::splat(0.5 * rule.advance));
     let whole = pairs.first.len() / W;
     let (first, second) = (groups::<W, _>(pairs.first, whole), groups::<W, _>(pairs.second, whole));
+    let touching = groups::<W, _>(touching, whole);
     for group in 0..whole {
         let (at, me, them) = (within::<W>(group * W), &first[group], &second[group]);
         let (ours, theirs) = (entries(balls, pairs.block, me), entries(balls, 0, them));
@@ -138,7 +139,11 @@ pub fn meet<
         // The gap at an end of the step, d − R − Δt/2 |d·v|/d, is positive if d² − R² > Δt |d·v|.
         let apart = (span * between.dot(velocity).abs()).below(square - sum * sum);
         let real = (1u32 << (count - at.min(count)).min(W)) - 1;
-        scratch.touches[at] = !L::bits(apart) & real as u8;
+        let live = !L::bits(apart) & real as u8 | packed(&touching[group]);
+        scratch.touches[at] = live;
+        if live == 0 {
+            continue;
+        }
         let distance = square.sqrt();
         let unit = between * (one / distance);
         let gap = distance - sum;
@@ -243,7 +248,7 @@ fn past<const W: usize, L: Wide<W>, const DAMPING: u8, const MIXED: bool>(
 pub fn meet_planes<const W: usize, L: Wide<W>, const FRICTION: bool, const DAMPING: u8>(
     field: &Field<'_>,
     pairs: Pairs<'_>,
-    count: usize,
+    (count, touching): (usize, &[bool]),
     scratch: &mut Scratch,
 ) {
     check(pairs, field, scratch.pulls.len());
@@ -252,6 +257,7 @@ pub fn meet_planes<const W: usize, L: Wide<W>, const FRICTION: bool, const DAMPI
     let (zero, half) = (L::splat(0.0), L::splat(0.5 * rule.advance));
     let whole = pairs.first.len() / W;
     let (first, second) = (groups::<W, _>(pairs.first, whole), groups::<W, _>(pairs.second, whole));
+    let touching = groups::<W, _>(touching, whole);
     for group in 0..whole {
         let (at, me, them) = (within::<W>(group * W), &first[group], &second[group]);
         let (ours, theirs) = (entries(balls, pairs.block, me), entries(&planes.lines, 0, them));
@@ -271,7 +277,11 @@ pub fn meet_planes<const W: usize, L: Wide<W>, const FRICTION: bool, const DAMPI
         }
         let reach = half * velocity.dot(normal);
         let real = (1u32 << (count - at.min(count)).min(W)) - 1;
-        scratch.touches[at] = !L::bits(reach.abs().below(gap)) & real as u8;
+        let live = !L::bits(reach.abs().below(gap)) & real as u8 | packed(&touching[group]);
+        scratch.touches[at] = live;
+        if live == 0 {
+            continue;
+        }
         scratch.unit.set(at, unit);
         scratch.overlap.set(at, -gap);
         let arm = radius + gap * share;
@@ -320,8 +330,7 @@ pub fn answer<const W: usize, L: Wide<W>, K: Kind>(
     let pulls = groups_mut::<W, _>(book.pull, base, of(K::DRAGS));
     for group in 0..whole {
         let at = within::<W>(group * W);
-        let (near, touched) = (scratch.touches[at], packed(&touching[group]));
-        let live = near | touched;
+        let (live, touched) = (scratch.touches[at], packed(&touching[group]));
         if live == 0 {
             scratch.push.set(at, Triple::<L>::zero());
             scratch.couple.set(at, Triple::<L>::zero());

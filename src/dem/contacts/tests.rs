@@ -108,9 +108,10 @@ fn meet_along<V: Version, K: Kind>(
         let planes = pairs.kind == Second::Planes;
         for begin in (0..pairs.first.len() / GROUP * GROUP).step_by(GROUP) {
             let pairs = pairs.slice(begin, begin + GROUP);
+            let near = (GROUP, &[true; GROUP][..]);
             match (K::DRAGS, planes) {
-                (true, false) => V::meet::<true, 2, true>(field, pairs, GROUP, &mut scratch),
-                (true, true) => V::meet_planes::<true, 2>(field, pairs, GROUP, &mut scratch),
+                (true, false) => V::meet::<true, 2, true>(field, pairs, near, &mut scratch),
+                (true, true) => V::meet_planes::<true, 2>(field, pairs, near, &mut scratch),
                 _ => continue,
             }
             for at in 0..GROUP {

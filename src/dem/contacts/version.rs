@@ -44,14 +44,14 @@ pub trait Version {
     fn meet<const FRICTION: bool, const DAMPING: u8, const MIXED: bool>(
         field: &Field<'_>,
         pairs: Pairs<'_>,
-        count: usize,
+        near: (usize, &[bool]),
         scratch: &mut Scratch,
     );
     /// See [`meet_planes`].
     fn meet_planes<const FRICTION: bool, const DAMPING: u8>(
         field: &Field<'_>,
         pairs: Pairs<'_>,
-        count: usize,
+        near: (usize, &[bool]),
         scratch: &mut Scratch,
     );
     /// See [`planes::deliver`].
@@ -175,43 +175,43 @@ macro_rules! version {
             fn meet<const FRICTION: bool, const DAMPING: u8, const MIXED: bool>(
                 field: &Field<'_>,
                 pairs: Pairs<'_>,
-                count: usize,
+                near: (usize, &[bool]),
                 scratch: &mut Scratch,
             ) {
                 $(#[target_feature(enable = $feature)])*
                 fn inner<const FRICTION: bool, const DAMPING: u8, const MIXED: bool>(
                     field: &Field<'_>,
                     pairs: Pairs<'_>,
-                    count: usize,
+                    near: (usize, &[bool]),
                     scratch: &mut Scratch,
                 ) {
-                    meet::<$wide, $lanes, FRICTION, DAMPING, MIXED>(field, pairs, count, scratch);
+                    meet::<$wide, $lanes, FRICTION, DAMPING, MIXED>(field, pairs, near, scratch);
                 }
                 assert!(Self::is_here());
                 // SAFETY: the processor has what the function asks for.
                 #[allow(unused_unsafe)] // see above
-                unsafe { inner::<FRICTION, DAMPING, MIXED>(field, pairs, count, scratch) }
+                unsafe { inner::<FRICTION, DAMPING, MIXED>(field, pairs, near, scratch) }
             }
 
             fn meet_planes<const FRICTION: bool, const DAMPING: u8>(
                 field: &Field<'_>,
                 pairs: Pairs<'_>,
-                count: usize,
+                near: (usize, &[bool]),
                 scratch: &mut Scratch,
             ) {
                 $(#[target_feature(enable = $feature)])*
                 fn inner<const FRICTION: bool, const DAMPING: u8>(
                     field: &Field<'_>,
                     pairs: Pairs<'_>,
-                    count: usize,
+                    near: (usize, &[bool]),
                     scratch: &mut Scratch,
                 ) {
-                    meet_planes::<$wide, $lanes, FRICTION, DAMPING>(field, pairs, count, scratch);
+                    meet_planes::<$wide, $lanes, FRICTION, DAMPING>(field, pairs, near, scratch);
                 }
                 assert!(Self::is_here());
                 // SAFETY: the processor has what the function asks for.
                 #[allow(unused_unsafe)] // see above
-                unsafe { inner::<FRICTION, DAMPING>(field, pairs, count, scratch) }
+                unsafe { inner::<FRICTION, DAMPING>(field, pairs, near, scratch) }
             }
 
             fn deliver_planes<const SPINS: bool, const MOVING: bool>(
