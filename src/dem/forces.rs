@@ -7,8 +7,8 @@
 //! order of the blocks. Threads share out the blocks: results are equal to the bit for any number of them.
 //! O(listed pairs and walls); cannot fail.
 
-use super::averaged_loops::{self, Buffer};
-use super::averaged_pass::Memory;
+use super::averaged::Averaged;
+use super::averaged_pass::{self, Memory};
 use super::contacts::{self, Scratch, Second};
 use super::crew::Crew;
 use super::far::Far;
@@ -16,7 +16,7 @@ use super::law::{BookView, Kind, Rule, Tally, for_kind};
 use super::neighbours;
 use super::planes::Planes;
 use super::setting::Setting;
-use super::state::{Ball, Lights, Load, State};
+use super::state::{Ball, Load, State};
 use super::walls;
 use crate::model::Scheme;
 use crate::num::Vec3;
@@ -35,10 +35,6 @@ pub struct Workspace {
     /// Threads.
     pub crew: Crew,
     blocks: Blocks,
-    buffer: Buffer,
-    /// Threads of the path-averaged scheme, and how many they may be.
-    pool: Option<rayon::ThreadPool>,
-    threads: usize,
     planes: Planes,
     faces: Vec<[Vec3; 3]>,
     walls_at: Option<u64>,
@@ -143,10 +139,7 @@ impl Workspace {
         let threads = if spheres >= WORTH_THREADS { threads } else { 1 };
         Self {
             crew: Crew::new(threads),
-            pool: None,
-            threads,
             blocks: Blocks::default(),
-            buffer: Buffer::default(),
             planes: Planes::default(),
             faces: Vec::new(),
             walls_at: None,
@@ -205,10 +198,10 @@ pub fn evaluate(
     rule: &Rule,
 ) -> Tally {
     work.place_walls(setting, state.step);
+    work.blocks.index(state);
     if setting.scheme == Scheme::PathAveraged {
         return averaged(setting, state, work, rule);
     }
-    work.blocks.index(state);
     for_kind!(setting.kept, setting.law, K => pass::<K>(setting, state, work, rule))
 }
 
@@ -222,8 +215,6 @@ pub struct Field<'a> {
     pub balls: &'a [Ball],
     /// Their angular velocities.
     pub spins: &'a [Vec3],
-    /// Their inverse mass properties.
-    pub light: &'a Lights,
     /// Planes at the time of the pass.
     pub planes: &'a Planes,
     /// Triangles at the time of the pass.
@@ -258,7 +249,6 @@ fn pass<K: Kind>(
         rule,
         balls: &state.balls,
         spins: &state.spins,
-        light: &state.light,
         planes: &work.planes,
         faces: &work.faces,
         memory: &work.memory,
@@ -316,7 +306,7 @@ fn pass<K: Kind>(
     work.crew.share(&mut parts, scratch, |part, scratch| {
         contacts::block::<K>(&field, part.lists, &mut part.pairs, scratch);
         block_faces::<K>(&field, face_list, part, scratch);
-        part.tally = contacts::finish(&mut part.pairs, scratch);
+        part.tally += contacts::finish(&mut part.pairs, scratch);
     });
     let mut total = Tally::default();
     for part in &parts {
@@ -344,7 +334,12 @@ fn block_faces<K: Kind>(
         let slot = *slot as usize;
         let range = start[slot] as usize..start[slot + 1] as usize;
         let at = (slot, range.start - base);
-        walls::on_faces::<K>(field, at, &partner[range], (part.first, book), scratch);
+        let (range, to) = (&partner[range], (part.first, &mut *book));
+        if K::AVERAGED {
+            averaged_pass::on_faces::<K>(field, at, range, to, scratch, &mut part.tally);
+        } else {
+            walls::on_faces::<K>(field, at, range, to, scratch);
+        }
     }
     contacts::answer_waiting::<K>(field, (part.first, book), scratch);
 }
@@ -354,42 +349,17 @@ fn averaged(setting: &Setting<'_>, state: &mut State, work: &mut Workspace, rule
     if setting.kept.damping || !state.solids.is_empty() {
         work.memory.look(setting, state);
     }
-    if work.threads > 1 {
-        let start = || rayon::ThreadPoolBuilder::new().num_threads(work.threads).build().ok();
-        work.pool = work.pool.take().or_else(start);
-        work.buffer.index(&state.pairs, state.rebuilds);
-    }
-    let field = Field {
-        setting,
-        rule,
-        balls: &state.balls,
-        spins: &state.spins,
-        light: &state.light,
-        planes: &work.planes,
-        faces: &work.faces,
-        memory: &work.memory,
-        yade: false,
-    };
-    let State { pairs, planes, faces, loads, .. } = state;
-    let buffer = &mut work.buffer;
     macro_rules! with {
-        ($friction:literal, $damping:literal) => {
-            match &work.pool {
-                None => averaged_loops::serial::<$friction, $damping>(
-                    &field, pairs, planes, faces, loads,
-                ),
-                Some(pool) => pool.install(|| {
-                    averaged_loops::parallel::<$friction, $damping>(
-                        &field, pairs, planes, faces, loads, buffer,
-                    )
-                }),
-            }
+        ($friction:literal, $damping:literal, $drags:literal) => {
+            pass::<Averaged<$friction, $damping, $drags>>(setting, state, work, rule)
         };
     }
-    match (setting.kept.friction, setting.kept.damping) {
-        (false, false) => with!(false, false),
-        (false, true) => with!(false, true),
-        (true, false) => with!(true, false),
-        (true, true) => with!(true, true),
+    let kept = setting.kept;
+    match (kept.friction, kept.damping, kept.pulls) {
+        (false, false, _) => with!(false, false, false),
+        (false, true, _) => with!(false, true, false),
+        (true, false, _) => with!(true, false, false),
+        (true, true, false) => with!(true, true, false),
+        (true, true, true) => with!(true, true, true),
     }
 }

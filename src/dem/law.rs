@@ -331,6 +331,10 @@ pub trait Kind: Copy + Send + Sync {
     const COULOMB: Coulomb;
     /// How springs follow the contact plane.
     const HISTORY: History;
+    /// Forces averaged over the path of a step (see [`super::averaged`]).
+    const AVERAGED: bool = false;
+    /// Of these, tangential dashpots.
+    const DRAGS: bool = false;
 }
 
 /// A kind by its numbers: see [`for_kind`].

@@ -31,7 +31,7 @@
 mod arrive;
 mod attraction;
 mod averaged;
-mod averaged_loops;
+mod averaged_meet;
 mod averaged_motion;
 mod averaged_pass;
 mod bond;
@@ -75,6 +75,8 @@ mod reference;
 mod test_arrive;
 #[cfg(test)]
 mod test_averaged;
+#[cfg(test)]
+mod test_averaged_law;
 #[cfg(test)]
 mod test_bonds;
 #[cfg(test)]

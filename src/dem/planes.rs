@@ -98,7 +98,7 @@ pub fn approach<const W: usize, L: Wide<W>, const SPINS: bool, const MOVING: boo
 
 /// Velocities of the planes where the spheres are nearest, m/s.
 #[inline(always)]
-fn drift<const W: usize, L: Wide<W>>(
+pub fn drift<const W: usize, L: Wide<W>>(
     field: &Field<'_>,
     pairs: Pairs<'_>,
     at: usize,

@@ -1,6 +1,7 @@
 //! What the sweeps of [`super`] hand each other.
 
 use super::*;
+use crate::dem::averaged::Meeting;
 
 /// One quantity of all pairs of a sweep.
 #[derive(Debug, Clone, Copy)]
@@ -20,6 +21,11 @@ pub struct Scratch {
     pub before: Triple<Column>,
     /// Overlap, m.
     pub overlap: Column,
+    /// Of path-averaged contacts: see [`Meeting`].
+    pub early: Triple<Column>,
+    pub pull: Triple<Column>,
+    pub ease: Column,
+    pub across: Column,
     /// Lever arms, m.
     pub arms: [Column; 2],
     /// Which pairs touch, a bit each.
@@ -51,6 +57,10 @@ impl Default for Scratch {
             spins: triple(),
             before: triple(),
             overlap: column(),
+            early: triple(),
+            pull: triple(),
+            ease: column(),
+            across: column(),
             arms: [column(), column()],
             touches: [0; SWEEP],
             push: triple(),
@@ -70,6 +80,26 @@ impl Scratch {
     #[cfg(test)]
     pub fn bytes(&self) -> usize {
         size_of::<Self>() + self.pulls.capacity() * size_of::<Line>()
+    }
+}
+
+impl Triple<Column> {
+    /// Writes one vector.
+    pub fn put(&mut self, at: usize, value: Triple<f64>) {
+        (self.x.0[at], self.y.0[at], self.z.0[at]) = (value.x, value.y, value.z);
+    }
+}
+
+impl Scratch {
+    /// Writes one path-averaged contact.
+    pub fn put_meeting(&mut self, at: usize, meeting: &Meeting, arms: [f64; 2]) {
+        self.unit.put(at, meeting.normal);
+        self.velocity.put(at, meeting.velocity);
+        self.early.put(at, meeting.early);
+        self.pull.put(at, meeting.pull);
+        self.overlap.0[at] = -meeting.gap;
+        (self.ease.0[at], self.across.0[at]) = (meeting.ease, meeting.across);
+        (self.arms[0].0[at], self.arms[1].0[at]) = (arms[0], arms[1]);
     }
 }
 

@@ -38,12 +38,6 @@ pub struct Spot {
     pub touches: bool,
 }
 
-impl Triple<Column> {
-    fn put(&mut self, at: usize, value: &Vec3) {
-        (self.x.0[at], self.y.0[at], self.z.0[at]) = (value.x, value.y, value.z);
-    }
-}
-
 /// Answers a triangle, soon: at the latest with [`answer_waiting`].
 pub fn meet<K: Kind>(
     field: &Field<'_>,
@@ -61,10 +55,10 @@ pub fn meet<K: Kind>(
 
 impl Scratch {
     pub fn put(&mut self, at: usize, spot: &Spot) {
-        self.unit.put(at, &spot.normal);
-        self.velocity.put(at, &spot.velocity);
-        self.spins.put(at, &spot.spins);
-        self.drift.put(at, &spot.drift);
+        self.unit.put(at, spot.normal.into());
+        self.velocity.put(at, spot.velocity.into());
+        self.spins.put(at, spot.spins.into());
+        self.drift.put(at, spot.drift.into());
         (self.overlap.0[at], self.arms[0].0[at]) = (spot.overlap, spot.arm);
         // Gathered to one number for all of a group later.
         self.touches[at] = u8::from(spot.touches);
@@ -109,9 +103,9 @@ pub fn waiting<V: Version, K: Kind>(
         first[at] = first[0];
         scratch.touches[at] = 0;
         for triple in [&mut scratch.unit, &mut scratch.velocity, &mut scratch.spins] {
-            triple.put(at, &Vec3::zeros());
+            triple.put(at, Triple::zero());
         }
-        scratch.drift.put(at, &Vec3::zeros());
+        scratch.drift.put(at, Triple::zero());
         (scratch.overlap.0[at], scratch.arms[0].0[at]) = (0.0, 0.0);
     }
     for at in (0..whole).step_by(V::WIDE) {

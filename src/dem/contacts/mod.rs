@@ -1,6 +1,7 @@
 //! Contacts between the spheres of one block, several pairs side by side, in four sweeps over a
 //! few dozen pairs at a time; contacts with planes the same way (first and last sweep: [`super::planes`]), and with
-//! triangles (see [`faces`]).
+//! triangles (see [`faces`]). The path-averaged scheme has sweeps of its own between (see
+//! [`super::averaged_meet`]).
 //!
 //! A sphere is one line of the cache. First the lines of both spheres of each pair are read whole and
 //! their differences turned in registers, so that each quantity of all pairs stands side by
@@ -18,11 +19,12 @@ mod columns;
 mod faces;
 #[cfg(test)]
 mod tests;
-mod version;
+pub mod version;
 
-pub use columns::{Column, Scratch, groups, within};
+pub use columns::{Scratch, groups, groups_mut, within};
 pub use faces::{Spot, answer_waiting, meet};
 
+use super::averaged_meet;
 use super::forces::Field;
 #[cfg(target_arch = "x86_64")]
 use super::lanes::{Eight, Four};
@@ -35,7 +37,6 @@ use super::state::Load;
 use super::walls::Hit;
 use crate::model::History;
 use crate::num::Vec3;
-use columns::groups_mut;
 use faces::Waiting;
 use std::array::from_fn;
 use version::Version;
@@ -43,12 +44,12 @@ use version::Version;
 /// Pairs that are taken together, on every processor.
 pub const GROUP: usize = 8;
 
-const ZEROS: Line = Line([0.0; 8]);
+pub const ZEROS: Line = Line([0.0; 8]);
 /// What the second sphere gets of the first one's force and torque where all are alike.
 const AGAINST: Line = Line([-1.0, -1.0, -1.0, 0.0, 1.0, 1.0, 1.0, 0.0]);
 
 /// Eight answers for each set of bits.
-const ANSWERS: [[bool; GROUP]; 256] = {
+pub const ANSWERS: [[bool; GROUP]; 256] = {
     let mut table = [[false; GROUP]; 256];
     let mut bits = 0;
     while bits < 256 {
@@ -221,6 +222,9 @@ fn sweep<V: Version, K: Kind>(
     book: (&mut BookView<'_>, usize),
     scratch: &mut Scratch,
 ) {
+    if K::AVERAGED {
+        return averaged_meet::sweep::<V, K>(field, pairs, count, book, scratch);
+    }
     if pairs.kind == Second::Planes {
         return sweep_planes::<V, K>(field, pairs, count, book, scratch);
     }
@@ -244,7 +248,7 @@ fn sweep<V: Version, K: Kind>(
 }
 
 /// See [`carry`].
-fn follow<V: Version, K: Kind>(
+pub fn follow<V: Version, K: Kind>(
     field: &Field<'_>,
     (book, base): (&BookView<'_>, usize),
     count: usize,
@@ -305,6 +309,7 @@ fn rest<V: Version, K: Kind>(
     let mut touching = [false; GROUP];
     let (mut spring, mut normal) = ([Vec3::zeros(); GROUP], [Vec3::zeros(); GROUP]);
     let (mut lag, mut power) = ([0.0; GROUP], [0.0; GROUP]);
+    let mut pull = [Vec3::zeros(); GROUP];
     let rotated = K::FRICTION && K::HISTORY == History::Rotated;
     let entries = from..from + count;
     if K::FRICTION {
@@ -319,13 +324,17 @@ fn rest<V: Version, K: Kind>(
     if K::FRICTION && K::DAMPING {
         power[..count].copy_from_slice(&whole.power[entries.clone()]);
     }
+    touching[..count].copy_from_slice(&whole.touching[entries.clone()]);
+    if K::DRAGS {
+        pull[..count].copy_from_slice(&whole.pull[entries.clone()]);
+    }
     let mut book = BookView {
         touching: &mut touching,
         spring: &mut spring,
         lag: &mut lag,
         power: &mut power,
         normal: &mut normal,
-        pull: &mut [],
+        pull: &mut pull,
     };
     sweep::<V, K>(field, pairs, count, (&mut book, 0), scratch);
     whole.touching[entries.clone()].copy_from_slice(&touching[..count]);
@@ -337,6 +346,9 @@ fn rest<V: Version, K: Kind>(
     }
     if K::DAMPING {
         whole.lag[entries.clone()].copy_from_slice(&lag[..count]);
+    }
+    if K::DRAGS {
+        whole.pull[entries.clone()].copy_from_slice(&pull[..count]);
     }
     if K::FRICTION && K::DAMPING {
         whole.power[entries].copy_from_slice(&power[..count]);
@@ -424,7 +436,7 @@ fn approach<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
 
 /// Ways between spheres in a periodic box with these edges as those to the nearest images, m.
 #[inline(always)]
-fn nearest<L: Lanes>(way: Triple<L>, edges: &Vec3) -> Triple<L> {
+pub fn nearest<L: Lanes>(way: Triple<L>, edges: &Vec3) -> Triple<L> {
     let along = |way: L, edge: f64| {
         let (edge, half, zero) = (L::splat(edge), L::splat(0.5 * edge), L::splat(0.0));
         let back = L::pick(way.below(-half), edge, zero);
@@ -470,6 +482,9 @@ fn answer<const W: usize, L: Wide<W>, K: Kind>(
     (book, base): (&mut BookView<'_>, usize),
     scratch: &mut Scratch,
 ) {
+    if K::AVERAGED {
+        return averaged_meet::answer::<W, L, K>(field, pairs, (book, base), scratch);
+    }
     let rule = *field.rule;
     let only = field.setting.only_law().map(|law| Parameters::of(&law));
     let whole = pairs.first.len() / W;
@@ -641,7 +656,7 @@ impl Place for u32 {
 
 /// Parameters of as many pairs.
 #[inline(always)]
-fn gathered<const W: usize, L: Wide<W>>(
+pub fn gathered<const W: usize, L: Wide<W>>(
     field: &Field<'_>,
     list: Pairs<'_>,
     at: usize,

@@ -1,12 +1,16 @@
+use super::columns::Column;
 use super::faces::waiting;
 use super::*;
+use crate::dem::averaged::Averaged;
+use crate::dem::averaged_pass::{Memory, member_at_plane, members};
 use crate::dem::crew::Crew;
 use crate::dem::law::{Book, Rule, for_kind};
 use crate::dem::planes::Planes;
 use crate::dem::setting::Setting;
 use crate::dem::state::{List, State};
 use crate::dem::{neighbours, test_scenes};
-use crate::model::{Coulomb, History, Law, Model, Motion};
+use crate::model::{Contact, ContactTable, Coulomb, History, Law, Model, Motion, Scheme};
+use crate::num::Rotation;
 
 type Bits = Vec<u64>;
 
@@ -23,16 +27,20 @@ fn passes<V: Version>(setting: &Setting<'_>, state: &State) -> Bits {
     let planes = Planes::new(setting.planes_at(0.0));
     let mut faces = Book::open(SWEEP + 5, setting.kept);
     let mut bits = Bits::new();
+    let averaged = setting.scheme == Scheme::PathAveraged;
     for _ in 0..3 {
+        let mut memory = Memory::default();
+        if averaged {
+            memory.look(setting, &state);
+        }
         let field = Field {
             setting,
             rule: &rule,
             balls: &state.balls,
             spins: &state.spins,
-            light: &state.light,
             planes: &planes,
             faces: &[],
-            memory: &Default::default(),
+            memory: &memory,
             yade: false,
         };
         let List { partner, book, .. } = &mut state.pairs;
@@ -44,15 +52,34 @@ fn passes<V: Version>(setting: &Setting<'_>, state: &State) -> Bits {
         let (loads, book) = (&mut state.loads[..], book.view());
         let mut part = Part { loads, book, planes: state.planes.book.view(), strangers: &mut [] };
         let mut scratch = Scratch::default();
-        let tally = for_kind!(setting.kept, setting.law, K => {
-            all::<V, K>(&field, [pairs, sides], &mut part, &mut scratch);
-            meet_faces::<V, K>(&field, &mut faces.view(), &mut scratch);
-            finish(&mut part, &mut scratch)
-        });
+        let lists = [pairs, sides];
+        let (friction, drags) = (setting.kept.friction, setting.kept.pulls);
+        let tally = match (averaged, friction, setting.kept.damping, drags) {
+            (false, ..) => for_kind!(setting.kept, setting.law, K => {
+                all::<V, K>(&field, lists, &mut part, &mut scratch);
+                meet_faces::<V, K>(&field, &mut faces.view(), &mut scratch);
+                finish(&mut part, &mut scratch)
+            }),
+            (_, false, false, _) => {
+                meet_along::<V, Averaged<false, false, false>>(&field, lists, part, scratch)
+            }
+            (_, false, true, _) => {
+                meet_along::<V, Averaged<false, true, false>>(&field, lists, part, scratch)
+            }
+            (_, true, false, _) => {
+                meet_along::<V, Averaged<true, false, false>>(&field, lists, part, scratch)
+            }
+            (_, true, true, false) => {
+                meet_along::<V, Averaged<true, true, false>>(&field, lists, part, scratch)
+            }
+            (_, true, true, true) => {
+                meet_along::<V, Averaged<true, true, true>>(&field, lists, part, scratch)
+            }
+        };
         let loads = state.loads.iter().flat_map(|l| l.force.iter().chain(l.torque.iter()));
         bits.extend(loads.map(|x| x.to_bits()));
         for book in [&state.pairs.book, &state.planes.book, &faces] {
-            bits.extend(book.spring.iter().flatten().map(|x| x.to_bits()));
+            bits.extend(book.spring.iter().chain(&book.pull).flatten().map(|x| x.to_bits()));
             bits.extend(book.lag.iter().map(|x| x.to_bits()));
             bits.extend(book.power.iter().map(|x| u64::from(x.to_bits())));
             bits.extend(book.touching.iter().map(|t| u64::from(*t)));
@@ -65,6 +92,61 @@ fn passes<V: Version>(setting: &Setting<'_>, state: &State) -> Bits {
         }
     }
     bits
+}
+
+/// A pass of the path-averaged scheme, whose first sweep is compared with one pair at a time.
+fn meet_along<V: Version, K: Kind>(
+    field: &Field<'_>,
+    lists: [Pairs<'_>; 2],
+    mut part: Part<'_>,
+    mut scratch: Scratch,
+) -> Tally {
+    all::<V, K>(field, lists, &mut part, &mut scratch);
+    let tally = finish(&mut part, &mut scratch);
+    scratch.pulls.resize(field.balls.len(), ZEROS);
+    for pairs in lists {
+        let planes = pairs.kind == Second::Planes;
+        for begin in (0..pairs.first.len() / GROUP * GROUP).step_by(GROUP) {
+            let pairs = pairs.slice(begin, begin + GROUP);
+            let near = (GROUP, &[true; GROUP][..]);
+            match (K::DRAGS, planes) {
+                (true, false) => V::meet::<true, 2, true>(field, pairs, near, &mut scratch),
+                (true, true) => V::meet_planes::<true, 2>(field, pairs, near, &mut scratch),
+                _ => continue,
+            }
+            for at in 0..GROUP {
+                let (slot, other) = (usize::from(pairs.first[at]), pairs.second[at] as usize);
+                if !field.balls[slot].alone || !(planes || field.balls[other].alone) {
+                    continue;
+                }
+                let (one, arm) = if planes {
+                    member_at_plane::<K>(field, slot, other)
+                } else {
+                    let (one, arms) = members::<K>(field, slot, other);
+                    (one, arms[0])
+                };
+                let near = |column: &Column, wanted: f64, scale: f64| {
+                    let found = column.0[at];
+                    assert!((found - wanted).abs() <= 1e-10 * scale, "{found} {wanted}");
+                };
+                near(&scratch.overlap, -one.gap, 1e-3);
+                near(&scratch.arms[0], arm, 1e-3);
+                near(&scratch.ease, one.ease, one.ease);
+                near(&scratch.across, one.across, one.across);
+                for (triple, wanted, scale) in [
+                    (&scratch.unit, one.normal, 1.0),
+                    (&scratch.velocity, one.velocity, 1.0),
+                    (&scratch.early, one.early, 1.0),
+                    (&scratch.pull, one.pull, 1e3 + Vec3::from(one.pull).norm()),
+                ] {
+                    near(&triple.x, wanted.x, scale);
+                    near(&triple.y, wanted.y, scale);
+                    near(&triple.z, wanted.z, scale);
+                }
+            }
+        }
+    }
+    tally
 }
 
 /// More triangles than wait at a time, some of which no longer touch.
@@ -141,4 +223,59 @@ fn all_versions_give_the_same_bytes() {
         }
     }
     assert!(touching > 500 && rests > 0, "{touching} {rests}");
+}
+
+/// A pass of every version on this processor, which give the same bytes.
+fn compared(setting: &Setting<'_>) -> usize {
+    let mut state = State::new(setting);
+    neighbours::rebuild(setting, &mut state, &Crew::new(1));
+    let plain = passes::<Plain>(setting, &state);
+    #[cfg(target_arch = "x86_64")]
+    {
+        if Four::is_here() {
+            assert_eq!(plain, passes::<Four>(setting, &state));
+        }
+        if Eight::is_here() {
+            assert_eq!(plain, passes::<Eight>(setting, &state));
+        }
+    }
+    plain.iter().filter(|bits| **bits == 1).count()
+}
+
+#[test]
+fn all_versions_average_alike() {
+    let laws = [
+        (0.0, 0.0, 0.0, 0.0),
+        (0.0, 1.0, 0.0, 0.0),
+        (2e3, 0.0, 0.0, 0.4),
+        (2e3, 1.0, 0.0, 0.4),
+        (2e3, 1.0, 0.5, 0.4),
+    ];
+    let mut touching = 0;
+    let crowds = [(53, 1.0), (57, 3.0)];
+    for ((count, mixed), (kt, cn, ct, friction), clumps) in crowds
+        .into_iter()
+        .flat_map(|crowd| laws.into_iter().map(move |law| (crowd, law)))
+        .flat_map(|(crowd, law)| [(crowd, law, 0), (crowd, law, 4)])
+    {
+        let mut model = test_scenes::wide_sizes(count, mixed);
+        let contact = Contact { kn: 1e4, kt, cn, ct, friction };
+        model.contacts = ContactTable::uniform(1, contact);
+        (model.plan.scheme, model.plan.law) = (Scheme::PathAveraged, Scheme::PathAveraged.law());
+        model.plan.step = 1e-5;
+        for at in 0..clumps {
+            let place = Vec3::new(0.01 * f64::from(at), 0.0, 0.01);
+            let turn = Rotation::from_scaled_axis(place * 30.0);
+            test_scenes::add_clump(&mut model, place, turn, Vec3::zeros(), Vec3::zeros());
+        }
+        crowd(&mut model);
+        let turn = Motion::Rotate { origin: Vec3::x() * 0.01, axis: Vec3::y(), rate: 3.0 };
+        let motion = if mixed == 1.0 { Motion::Still } else { turn };
+        test_scenes::add_plane(&mut model, Vec3::zeros(), Vec3::new(0.3, 0.5, 1.0), motion);
+        test_scenes::add_plane(&mut model, Vec3::x() * 1e-3, Vec3::x(), Motion::Still);
+        let setting = Setting::new(&model);
+        assert_eq!(setting.alike.is_some(), mixed == 1.0 && clumps == 0);
+        touching += compared(&setting);
+    }
+    assert!(touching > 2000, "{touching}");
 }

@@ -1,6 +1,7 @@
 //! The sweeps of [`super`], compiled for each processor.
 
 use super::*;
+use crate::dem::averaged_meet::{meet, meet_planes};
 
 /// The sweeps, compiled for the processors that have the lanes. `SPINS`: 0 without friction, 1
 /// with it, 2 with springs that turn with the contact.
@@ -37,6 +38,20 @@ pub trait Version {
         field: &Field<'_>,
         pairs: Pairs<'_>,
         count: usize,
+        scratch: &mut Scratch,
+    );
+    /// See [`meet`].
+    fn meet<const FRICTION: bool, const DAMPING: u8, const MIXED: bool>(
+        field: &Field<'_>,
+        pairs: Pairs<'_>,
+        near: (usize, &[bool]),
+        scratch: &mut Scratch,
+    );
+    /// See [`meet_planes`].
+    fn meet_planes<const FRICTION: bool, const DAMPING: u8>(
+        field: &Field<'_>,
+        pairs: Pairs<'_>,
+        near: (usize, &[bool]),
         scratch: &mut Scratch,
     );
     /// See [`planes::deliver`].
@@ -155,6 +170,48 @@ macro_rules! version {
                 // SAFETY: the processor has what the function asks for.
                 #[allow(unused_unsafe)] // see above
                 unsafe { inner::<SPINS, MOVING>(field, pairs, count, scratch) }
+            }
+
+            fn meet<const FRICTION: bool, const DAMPING: u8, const MIXED: bool>(
+                field: &Field<'_>,
+                pairs: Pairs<'_>,
+                near: (usize, &[bool]),
+                scratch: &mut Scratch,
+            ) {
+                $(#[target_feature(enable = $feature)])*
+                fn inner<const FRICTION: bool, const DAMPING: u8, const MIXED: bool>(
+                    field: &Field<'_>,
+                    pairs: Pairs<'_>,
+                    near: (usize, &[bool]),
+                    scratch: &mut Scratch,
+                ) {
+                    meet::<$wide, $lanes, FRICTION, DAMPING, MIXED>(field, pairs, near, scratch);
+                }
+                assert!(Self::is_here());
+                // SAFETY: the processor has what the function asks for.
+                #[allow(unused_unsafe)] // see above
+                unsafe { inner::<FRICTION, DAMPING, MIXED>(field, pairs, near, scratch) }
+            }
+
+            fn meet_planes<const FRICTION: bool, const DAMPING: u8>(
+                field: &Field<'_>,
+                pairs: Pairs<'_>,
+                near: (usize, &[bool]),
+                scratch: &mut Scratch,
+            ) {
+                $(#[target_feature(enable = $feature)])*
+                fn inner<const FRICTION: bool, const DAMPING: u8>(
+                    field: &Field<'_>,
+                    pairs: Pairs<'_>,
+                    near: (usize, &[bool]),
+                    scratch: &mut Scratch,
+                ) {
+                    meet_planes::<$wide, $lanes, FRICTION, DAMPING>(field, pairs, near, scratch);
+                }
+                assert!(Self::is_here());
+                // SAFETY: the processor has what the function asks for.
+                #[allow(unused_unsafe)] // see above
+                unsafe { inner::<FRICTION, DAMPING>(field, pairs, near, scratch) }
             }
 
             fn deliver_planes<const SPINS: bool, const MOVING: bool>(
