@@ -27,6 +27,8 @@ const KN: f64 = 1e5;
 const CN: f64 = 11.6826;
 /// Runs of each step length, of whose times the median counts.
 const ROUNDS: usize = 5;
+/// Runs of so many seconds are not repeated.
+const LONG: f64 = 2.0;
 /// Equivalence margin of the late statistics, part of the mean.
 const MARGIN: f64 = 0.02;
 
@@ -36,6 +38,8 @@ struct Size {
     layers: u32,
     times: &'static [f64],
     steps: &'static [f64],
+    /// Finer steps of `leapfrog` alone.
+    finer: &'static [f64],
     reference: f64,
     /// Errors for which costs are compared: time, s, and root mean square, m.
     wanted: &'static [(f64, f64)],
@@ -51,6 +55,7 @@ impl Size {
                 layers: 4,
                 times: &[0.03, 0.05],
                 steps: &[10.0, 20.0, 50.0, 100.0],
+                finer: &[],
                 reference: 800.0,
                 wanted: &[(0.05, 2e-6)],
                 seeds: 6,
@@ -61,6 +66,7 @@ impl Size {
                 layers: 8,
                 times: &[0.03, 0.05, 0.08, 0.12],
                 steps: &[10.0, 20.0, 50.0, 100.0, 200.0, 400.0, 800.0, 1600.0],
+                finer: &[25600.0],
                 reference: 6400.0,
                 wanted: &[(0.03, 2e-7), (0.05, 1e-6), (0.08, 5e-5), (0.08, 1e-5), (0.12, 5e-5)],
                 seeds: 24,
@@ -108,7 +114,8 @@ fn trajectories(
     let timed = |scheme, per_contact| {
         let (places, first) = run(scheme, per_contact)?;
         let mut seconds = vec![first];
-        for _ in 1..ROUNDS {
+        let rounds = if first < LONG { ROUNDS } else { 1 };
+        for _ in 1..rounds {
             seconds.push(run(scheme, per_contact)?.1);
         }
         Ok::<_, StudyError>((places, median(&seconds).unwrap_or(first)))
@@ -123,7 +130,8 @@ fn trajectories(
     let (mut over_steps, mut over_time, mut curves) = (Vec::new(), Vec::new(), Vec::new());
     for scheme in [Scheme::Leapfrog, Scheme::PathAveraged] {
         let (mut by_step, mut by_time, mut costs) = (Vec::new(), Vec::new(), Vec::new());
-        for &per_contact in size.steps {
+        let finer = if scheme == Scheme::Leapfrog { size.finer } else { &[] };
+        for &per_contact in size.steps.iter().chain(finer) {
             let (places, seconds) = timed(scheme, per_contact)?;
             let errors: Vec<f64> = fine.iter().zip(&places).map(|(a, b)| distance(a, b)).collect();
             let end = errors[errors.len() - 1];
@@ -151,7 +159,7 @@ fn trajectories(
         key: "trajectories".into(),
         title: "Distance from the converged motion".into(),
         caption: format!(
-            "Root mean square over all spheres; reference: path_averaged at {} steps a contact. CPU: median of {ROUNDS} runs.",
+            "Root mean square over all spheres; reference: path_averaged at {} steps a contact. CPU: median of {ROUNDS} runs, of one above {LONG} s.",
             size.reference
         ),
         columns,
