@@ -22,8 +22,8 @@ use super::fidelity::distances;
 use super::hollows::{farthest, filled};
 use super::patches::Patches;
 use super::pieces;
-use super::refine::{Fit, Refiner};
-use super::reproduce::{Found, Target};
+use super::refine::{Fit, Refiner, SWEEPS, TRIAL_SWEEPS};
+use super::target::{Found, Target};
 use crate::geometry::{Ball, united};
 use crate::num::{Fault, Job, MethodEntry, Vec3};
 use schemars::JsonSchema;
@@ -44,9 +44,6 @@ const COARSE: (f64, f64, f64) = (12.0, 800.0, 2400.0);
 const FINE: (f64, f64, f64) = (70.0, 2000.0, 20_000.0);
 /// Candidate balls a sphere, and the fewest and most of them.
 const CANDIDATES: (f64, f64, f64) = (45.0, 450.0, 900.0);
-/// Sweeps of a full and of a trial refinement.
-pub(super) const SWEEPS: usize = 40;
-const TRIAL_SWEEPS: usize = 10;
 /// How far a sphere may stick out where nothing else is said.
 const FREE: f64 = 0.12;
 /// Inner points over one equivalent diameter.

@@ -24,6 +24,7 @@ mod pieces;
 mod refine;
 mod replaced;
 mod reproduce;
+mod target;
 mod voxels;
 
 pub use axial::{Axial, Girth};

@@ -244,7 +244,7 @@ fn outline(region: &Region) -> Loop {
 
 #[cfg(test)]
 mod tests {
-    use super::super::region::Surface;
+    use super::super::surface::Surface;
     use super::*;
     use crate::num::random::{stream, uniform};
 

@@ -78,7 +78,7 @@ pub fn build(
         .collect();
     let bonds =
         bonding::bonds(scene, dimension, &first_spheres, &bodies, &spheres, &contacts.table);
-    let gravity = gravity(scene);
+    let gravity = scene.gravity();
     let domain = domain(scene, region, &walls, &bodies, &spheres, &gravity);
     let plan = Plan {
         step: 0.0,
@@ -118,15 +118,6 @@ pub fn build(
     let advice = advise(&model);
     set_step(scene, &mut model.plan, &advice)?;
     Ok(Built { model, pairs: contacts.pairs, advice })
-}
-
-/// Gravity of a scene, m/s²: as given, or 9.81 along −z (−y in two dimensions).
-pub fn gravity(scene: &Scene) -> Vec3 {
-    match scene.plan.gravity {
-        Some(vector) => Vec3::from(vector.map(|c| c.0)),
-        None if scene.dimension == 2 => Vec3::new(0.0, -9.81, 0.0),
-        None => Vec3::new(0.0, 0.0, -9.81),
-    }
 }
 
 /// Bodies, their spheres, and where the spheres of each placement begin.

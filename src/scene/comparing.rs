@@ -1,6 +1,7 @@
 //! The stage that runs a scene here and in outside solvers, and says how far they agree.
 
 use super::build::Built;
+use super::compared::Compared;
 use super::lockstep::move_walls;
 use super::paging;
 use super::parameters::Start;
@@ -8,25 +9,9 @@ use super::road::{Packed, Road, RoadError};
 use crate::dem;
 use crate::model::{Model, Outcome, Run, Scheme};
 use crate::num::Job;
-use crate::report::compare::{Comparison, Twin, compare};
+use crate::report::compare::{Twin, compare};
 use crate::solver::{Deck, DeckOptions, LimitKind, Solver};
 use std::collections::BTreeSet;
-
-/// A comparison with the runs that it was made from.
-pub struct Compared {
-    /// What differs by how much.
-    pub comparison: Comparison,
-    /// Our own run.
-    pub ours: Run,
-    /// Runs of the outside solvers.
-    pub others: Vec<Run>,
-    /// Messages of solvers that failed.
-    pub failures: Vec<String>,
-    /// What solvers cannot express of the scene: they were not run.
-    pub unable: Vec<String>,
-    /// Solvers that did not take part and why: not installed, cannot run this scene, or failed.
-    pub missing: Vec<String>,
-}
 
 impl Road {
     /// Writes the deck of one solver into `decks/KEY/`.

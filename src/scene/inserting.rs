@@ -7,7 +7,6 @@
 //! O(grains that are still in flight in the region) a grain.
 
 use super::Loaded;
-use super::build::gravity;
 use super::grains::Grain;
 use super::parameters::InsertionParameters;
 use super::walls;
@@ -64,7 +63,7 @@ pub fn arrivals(
     packed: &[Placement],
 ) -> Result<Vec<Arrival>, Fault> {
     let scene = &loaded.scene;
-    let gravity = gravity(scene);
+    let gravity = scene.gravity();
     let mut queue: Vec<(f64, usize, usize)> = Vec::new();
     let mut regions: Vec<Option<Region>> = Vec::new();
     for (number, family) in scene.grains.iter().enumerate() {

@@ -2,9 +2,9 @@
 //! is done once, and is taken from the output folder where nothing has changed.
 
 use super::build::{self, Built};
-use super::drawing;
 use super::grains::{self, Draw, Grain};
 use super::inserting;
+use super::statistics;
 use super::store::{Running, Store, key};
 use super::walls::Room;
 use super::{Loaded, SceneError};
@@ -232,9 +232,9 @@ impl Road {
                 .filter_map(|(known, facts)| Some((known.as_ref()?.name.as_str(), &facts[..])))
                 .collect();
             self.store.write(&mut running, "shapes/statistics.csv", |out| {
-                drawing::write_facts(out, &rows)
+                statistics::write_facts(out, &rows)
             })?;
-            for (name, svg) in drawing::distributions(&self.loaded, draws, &facts) {
+            for (name, svg) in statistics::distributions(&self.loaded, draws, &facts) {
                 self.store.write(&mut running, &name, |out| out.write_all(svg.as_bytes()))?;
             }
         }

@@ -29,7 +29,7 @@ pub mod yade;
 pub use deck::{Deck, DeckOptions};
 
 use crate::model::{Law, Model, Run, Scheme};
-use crate::num::{Job, MethodEntry};
+use crate::num::Job;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -69,31 +69,6 @@ pub trait Solver: Sync {
 pub fn all() -> [&'static dyn Solver; 3] {
     [&liggghts::Liggghts, &yade::Yade, &lammps::Lammps]
 }
-
-/// One line each for `riprap list solvers`.
-pub const METHODS: &[MethodEntry] = &[
-    MethodEntry {
-        key: "liggghts",
-        id: "",
-        summary: "LIGGGHTS 3.8.0: spheres, rigid clumps (fix rigid, fix multisphere), planes, STL walls, MPI",
-        source: "Kloss, Goniva, Hager, Amberger & Pirker 2012",
-        example: "",
-    },
-    MethodEntry {
-        key: "yade",
-        id: "",
-        summary: "YADE 2023.02a: spheres, rigid clumps, planes, facets, local damping, one thread",
-        source: "Smilauer et al. 2021",
-        example: "",
-    },
-    MethodEntry {
-        key: "lammps",
-        id: "",
-        summary: "LAMMPS 29 Sep 2021: spheres, rigid clumps (fix rigid/small), planes, MPI",
-        source: "Thompson et al. 2022",
-        example: "",
-    },
-];
 
 /// A solver found on this machine.
 #[derive(Debug, Clone, PartialEq, Eq)]

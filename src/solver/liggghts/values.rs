@@ -1,6 +1,5 @@
 //! The values that the LIGGGHTS templates print: one struct a template.
 
-use super::limits::DEFAULT_CURVATURE;
 use super::multisphere;
 use crate::geometry::{Bounds, Mesh};
 use crate::model::extra::{Cohesion, Rolling};
@@ -18,6 +17,10 @@ use serde::Serialize;
 use std::f64::consts::{PI, TAU};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
+/// Smallest angle of a mesh triangle that LIGGGHTS takes with its default
+/// `curvature`, rad (0.256235 degrees).
+pub const DEFAULT_CURVATURE: f64 = 0.256_235 / 180.0 * std::f64::consts::PI;
+
 /// Radius of points of mass over the smallest radius; nothing touches them.
 const POINT_RADIUS: f64 = 0.1;
 /// Skin of the neighbour list over the smallest radius: fast for settled beds and flows alike.

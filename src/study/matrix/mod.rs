@@ -16,9 +16,9 @@ use crate::dem;
 use crate::model::Frame;
 use crate::num::Job;
 use crate::report::findings::{Cell, Findings, Sheet};
-use crate::report::gallery::{self, Colouring};
+use crate::report::gallery;
 use crate::report::picture::Picture;
-use crate::scene::comparing::Compared;
+use crate::scene::compared::Compared;
 use crate::scene::road::{Road, RoadError};
 use crate::solver::{Deck, DeckOptions, LimitKind, Solver};
 use cases::Case;
@@ -133,7 +133,7 @@ fn picture(road: &mut Road, case: &Case) -> Result<(String, String, String, Pict
     let model = built.model;
     let run = dem::run(&model, &road.job).map_err(|error| StudyError::Work(error.to_string()))?;
     let frames: Vec<&Frame> = run.frames.first().into_iter().chain(run.frames.last()).collect();
-    let halves = gallery::states(&model, &frames, Colouring::Body, HALF[0], HALF[1]);
+    let halves = gallery::states(&model, &frames, HALF[0], HALF[1]);
     let name = format!("case-{}", case.key);
     Ok((name, case.key.clone(), case.what.clone(), Picture::beside(&halves)))
 }
