@@ -467,11 +467,9 @@ fn descent(gravity: &Vec3, normals: &[Vec3], dimension: usize) -> Option<(Vec3, 
 
 #[cfg(test)]
 mod tests {
-    use super::super::samples::{brute_force, of, room, sphere};
+    use super::super::samples::{ball, brute_force, cylinder, of, room, sphere};
     use super::super::{Method, Packing, pack};
     use super::*;
-    use crate::geometry::region::{CylinderRegion, MeshRegion};
-    use crate::geometry::samples::icosphere;
 
     fn lay(count: usize, radius: f64, region: &Region, sticking: f64) -> (Packing, f64, f64) {
         let clumps = vec![sphere(radius, region.dimension()); count];
@@ -492,20 +490,11 @@ mod tests {
 
     #[test]
     fn beds_rest_on_three_contacts_a_ball_in_containers_of_all_kinds() {
-        let cylinder = Region::Cylinder(CylinderRegion {
-            base: Vec3::zeros(),
-            axis: 2,
-            radius: 0.5,
-            height: 1.0,
-            segments: 24,
-            open: [false; 2],
-        });
-        let ball = Region::Mesh(Box::new(MeshRegion::new(icosphere(2)).expect("closed")));
         let cases = [
             (room(&[1.0; 3]), 250, 0.06),
             (room(&[1.0; 2]), 250, 0.03),
-            (cylinder, 150, 0.07),
-            (ball, 60, 0.15),
+            (cylinder(), 150, 0.07),
+            (ball(), 60, 0.15),
         ];
         for (region, count, radius) in cases {
             let (packing, gap, wall) = lay(count, radius, &region, 0.0);

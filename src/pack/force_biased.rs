@@ -332,10 +332,9 @@ impl<'a> Rounds<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::samples::{brute_force, of, room, sphere};
+    use super::super::samples::{brute_force, cylinder, of, room, sphere};
     use super::super::{Method, pack};
     use super::*;
-    use crate::geometry::region::CylinderRegion;
 
     #[test]
     fn equal_spheres_come_near_random_close_packing() {
@@ -356,15 +355,7 @@ mod tests {
 
     #[test]
     fn wanted_sizes_are_kept_in_containers_of_all_kinds() {
-        let cylinder = Region::Cylinder(CylinderRegion {
-            base: Vec3::zeros(),
-            axis: 2,
-            radius: 0.5,
-            height: 1.0,
-            segments: 24,
-            open: [false; 2],
-        });
-        for region in [room(&[1.0; 3]), room(&[1.0; 2]), cylinder] {
+        for region in [room(&[1.0; 3]), room(&[1.0; 2]), cylinder()] {
             let clumps = vec![sphere(0.07, region.dimension()); 120];
             let grains = of(&clumps);
             let porosity = if region.dimension() == 2 { 0.35 } else { 0.55 };

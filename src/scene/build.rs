@@ -81,18 +81,10 @@ pub fn build(
     let gravity = scene.gravity();
     let domain = domain(scene, region, &walls, &bodies, &spheres, &gravity);
     let plan = Plan {
-        step: 0.0,
-        reason: StepReason::Given,
-        steps: 0,
-        frame_every: 1,
-        series_every: 1,
-        checkpoint_every: 0,
-        scheme: scene.plan.scheme,
         law: scene.plan.law(),
-        zero_every: 0,
-        zero_until: 0,
         insist: scene.plan.insist,
         guard: scene.plan.guard,
+        ..Plan::new(scene.plan.scheme)
     };
     let mut model = Model {
         title: scene.title.clone(),
