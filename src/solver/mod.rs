@@ -52,6 +52,16 @@ pub trait Solver: Sync {
     fn scheme(&self, tension: bool) -> (Scheme, Law);
     /// What of `model` this solver cannot express or does differently.
     fn limits(&self, model: &Model) -> Vec<Limit>;
+    /// The first limit that forbids a deck of `model`, if any does.
+    fn refusal(&self, model: &Model) -> Option<Limit> {
+        self.limits(model).into_iter().find(|limit| limit.kind == LimitKind::Refused)
+    }
+    /// `model` with the scheme and law in which our own DEM computes what the deck of `model` computes.
+    fn twin(&self, model: &Model) -> Model {
+        let mut twin = model.clone();
+        (twin.plan.scheme, twin.plan.law) = self.scheme(model.plan.law.tension);
+        twin
+    }
     /// Writes the deck of `model` as `folder`, which must not hold anything but an
     /// older deck: everything goes to a temporary folder beside it, which then takes its place.
     fn write(
@@ -68,6 +78,21 @@ pub trait Solver: Sync {
 /// The solvers, in the order in which they are listed.
 pub fn all() -> [&'static dyn Solver; 3] {
     [&liggghts::Liggghts, &yade::Yade, &lammps::Lammps]
+}
+
+/// Those of `solvers` that can run `model`, and one sentence for each of the others on what it cannot do.
+pub fn able(
+    solvers: &[&'static dyn Solver],
+    model: &Model,
+) -> (Vec<&'static dyn Solver>, Vec<String>) {
+    let (mut able, mut unable) = (Vec::new(), Vec::new());
+    for solver in solvers {
+        match solver.refusal(model) {
+            Some(limit) => unable.push(limit.of(*solver)),
+            None => able.push(*solver),
+        }
+    }
+    (able, unable)
 }
 
 /// A solver found on this machine.
@@ -102,6 +127,11 @@ impl Limit {
     /// A limit that forbids the deck.
     pub fn refused(what: impl Into<String>) -> Self {
         Self { kind: LimitKind::Refused, what: what.into() }
+    }
+
+    /// That it keeps `solver` from running a scene, as a sentence.
+    pub fn of(&self, solver: &dyn Solver) -> String {
+        format!("{} cannot run this scene: {}", solver.name(), self.what)
     }
 
     /// A limit that changes what the solver computes.
