@@ -155,6 +155,16 @@ impl Model {
         &self.spheres[body.first_sphere as usize..][..body.sphere_count as usize]
     }
 
+    /// Radius of the smallest sphere, m; infinite without spheres.
+    pub fn smallest_radius(&self) -> f64 {
+        self.spheres.iter().map(|sphere| sphere.radius).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Radius of the largest sphere, m; 0 without spheres.
+    pub fn largest_radius(&self) -> f64 {
+        self.spheres.iter().map(|sphere| sphere.radius).fold(0.0, f64::max)
+    }
+
     /// Index of the first body that is not there from the start.
     pub fn first_arrival(&self) -> usize {
         self.bodies.len() - self.arrivals.len()

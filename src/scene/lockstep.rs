@@ -230,7 +230,7 @@ pub(super) fn move_walls(model: &mut Model, time: f64) {
 
 /// Largest distance of a sphere between the ends of two runs, in smallest radii.
 fn apart(model: &Model, a: &Run, b: &Run) -> f64 {
-    let radius = model.spheres.iter().map(|sphere| sphere.radius).fold(f64::INFINITY, f64::min);
+    let radius = model.smallest_radius();
     let (Some(a), Some(b)) = (a.frames.last(), b.frames.last()) else { return f64::INFINITY };
     if a.step != b.step {
         return f64::INFINITY;

@@ -149,7 +149,7 @@ pub fn twin_differences(solver: &dyn Solver, model: &Model) -> Option<[f64; 2]> 
     let ours = dem::run(model, &Job::quiet()).expect("a run");
     assert_eq!(ours.outcome, Outcome::Finished, "our own of scheme {}", solver.key());
     assert_eq!(ours.frames.len(), theirs.frames.len());
-    let largest = model.spheres.iter().map(|s| s.radius).fold(0.0, f64::max);
+    let largest = model.largest_radius();
     let [mut place, mut spin] = [0.0_f64; 2];
     for (a, b) in ours.frames.iter().zip(&theirs.frames) {
         for (x, y) in a.centres.iter().zip(&b.centres) {
