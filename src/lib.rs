@@ -5,6 +5,8 @@
 //! `num, geometry <- format <- shape <- clump <- pack <- model <- {dem, solver} <- report <- scene <- {study, sweep} <- cli`.
 //! `tests/house.rs` holds every `use crate::…` against this line.
 
+#![warn(missing_docs)]
+
 pub mod clump;
 pub mod dem;
 pub mod format;
