@@ -17,6 +17,7 @@ mod four_points;
 mod hollows;
 mod ladder;
 mod lattice;
+mod maximal;
 mod nodes;
 mod normals;
 mod patches;

@@ -27,6 +27,7 @@ pub mod templates;
 pub mod yade;
 
 pub use deck::{Deck, DeckOptions};
+pub use program::Program;
 
 use crate::model::{Law, Model, Run, Scheme};
 use crate::num::Job;
@@ -35,16 +36,26 @@ use std::path::{Path, PathBuf};
 
 /// A solver that decks can be written for.
 pub trait Solver: Sync {
+    /// Its program, as decks are written for it.
+    fn program(&self) -> &'static Program;
     /// Key on the command line and in file names: `liggghts`, `yade`, `lammps`.
-    fn key(&self) -> &'static str;
+    fn key(&self) -> &'static str {
+        self.program().key
+    }
     /// Name for people, with the version that decks are written for.
-    fn name(&self) -> &'static str;
+    fn name(&self) -> &'static str {
+        self.program().name
+    }
     /// The program on this machine: from the environment variable `RIPRAP_LIGGGHTS`,
     /// `RIPRAP_YADE` or `RIPRAP_LAMMPS` where it is set, else from `PATH`; `None` if there is
     /// none that starts.
-    fn find(&self) -> Option<Installation>;
+    fn find(&self) -> Option<Installation> {
+        self.program().find()
+    }
     /// How to get it, as the end of a sentence: "... is not installed; {this}".
-    fn how_to_install(&self) -> &'static str;
+    fn how_to_install(&self) -> &'static str {
+        self.program().how_to_install
+    }
     /// True if its decks can be run on several MPI ranks.
     fn takes_ranks(&self) -> bool;
     /// Scheme and law with which our own DEM computes what its decks compute, to rounding;
