@@ -10,8 +10,8 @@ use serde::Serialize;
 use std::f64::consts::PI;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
-/// Smallest radius over the skin of the neighbour list.
-const RADIUS_OVER_SKIN: f64 = 10.0;
+/// Skin of the neighbour list over the smallest radius.
+const SKIN: f64 = 0.1;
 
 /// Values of `in.lammps`.
 #[derive(Debug, Serialize)]
@@ -207,7 +207,7 @@ impl Script {
             tension: model.plan.law.tension,
             drag: model.extra.drag,
             processors: options.processors_text(model),
-            skin: model.smallest_radius() / RADIUS_OVER_SKIN,
+            skin: SKIN * model.smallest_radius(),
             material_names: model
                 .materials
                 .iter()

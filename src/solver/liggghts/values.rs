@@ -23,8 +23,8 @@ pub const DEFAULT_CURVATURE: f64 = 0.256_235 / 180.0 * std::f64::consts::PI;
 
 /// Radius of points of mass over the smallest radius; nothing touches them.
 const POINT_RADIUS: f64 = 0.1;
-/// Smallest radius over the skin of the neighbour list: fast for settled beds and flows alike.
-const RADIUS_OVER_SKIN: f64 = 10.0;
+/// Skin of the neighbour list over the smallest radius: fast for settled beds and flows alike.
+const SKIN: f64 = 0.1;
 
 /// Values of `in.liggghts`.
 #[derive(Debug, Serialize)]
@@ -305,7 +305,7 @@ impl Script {
             rolling: rolling_model(model).unwrap_or(""),
             drag: model.extra.drag,
             processors: options.processors_text(model),
-            skin: model.smallest_radius() / RADIUS_OVER_SKIN,
+            skin: SKIN * model.smallest_radius(),
             points: points.len(),
             point_type: point_type(model),
             material_names: model

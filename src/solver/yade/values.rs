@@ -9,8 +9,8 @@ use crate::solver::table::{Cell, Table};
 use crate::solver::{Limit, Solver, SolverError, surface};
 use serde::Serialize;
 
-/// Smallest radius over `verletDist`.
-const RADIUS_OVER_VERLET: f64 = 10.0;
+/// `verletDist` over the smallest radius.
+const VERLET: f64 = 0.1;
 
 /// Values of `run.py`.
 #[derive(Debug, Serialize)]
@@ -126,7 +126,7 @@ impl Script {
             room: room(model),
             servos: servos(model),
             moves: moves(model),
-            verlet: model.smallest_radius() / RADIUS_OVER_VERLET,
+            verlet: VERLET * model.smallest_radius(),
             damping: model.local_damping,
             gravity: plain(&model.gravity),
             cell: model.periodic.map_or([0.0; 3], |cell| plain(&cell.bounds.size())),
