@@ -46,11 +46,9 @@ fn flattened(path: &str) -> Vec<String> {
 
 /// All paths of the statements in `text` that begin with `word`.
 fn paths(text: &str, word: &str) -> Vec<Vec<String>> {
-    let statements = text.split('\n').enumerate().filter_map(|(number, line)| {
-        line.starts_with(word).then(|| text.split('\n').skip(number).collect::<Vec<_>>().join(" "))
-    });
-    let paths = statements
-        .flat_map(|from| flattened(from[word.len()..].split(';').next().unwrap_or_default()));
+    let (text, begin) = (format!("\n{text}"), format!("\n{word}"));
+    let statements = text.match_indices(&begin).map(|(at, found)| &text[at + found.len()..]);
+    let paths = statements.flat_map(|from| flattened(from.split(';').next().unwrap_or_default()));
     paths.map(|path| path.split("::").map(str::to_owned).collect()).collect()
 }
 
