@@ -14,6 +14,7 @@
 //! Cost about 50 steps a ball, each with one search for near balls. Memory O(balls). A grain that finds the way in
 //! blocked `tries` times is dropped. Small grains fall through gaps between others of more than 6.5 times their size.
 
+use super::occupied::clump_radius;
 use super::space::Space;
 use super::{Grain, Laid, Turn, dress};
 use crate::geometry::{Ball, BallGrid, Region};
@@ -93,14 +94,10 @@ impl DropAndRoll {
         seed: u64,
         job: &Job,
     ) -> Result<Laid, Fault> {
-        let wanted: Vec<f64> = grains.iter().map(super::occupied::clump_radius).collect();
+        let radii: Vec<f64> = grains.iter().map(clump_radius).collect();
         let space = Space::of(region);
-        let (found, unsettled) = self.settle(space, &wanted, seed, job);
-        let mut placed = vec![false; grains.len()];
-        found.iter().for_each(|(grain, _)| placed[*grain] = true);
-        let dropped: Vec<u32> =
-            (0..grains.len()).filter(|&g| !placed[g]).map(|g| g as u32).collect();
-        let mut why = match (job.is_cancelled(), dropped.is_empty()) {
+        let (found, unsettled) = self.settle(space, &radii, seed, job);
+        let mut why = match (job.is_cancelled(), found.len() == grains.len()) {
             (true, _) => "stopped before all had fallen".to_owned(),
             (_, true) => "all grains rest".to_owned(),
             (_, false) => {
@@ -110,8 +107,7 @@ impl DropAndRoll {
         if unsettled > 0 {
             why.push_str(&format!("; {unsettled} still rolled after {STEPS} steps"));
         }
-        let turn = self.orientation;
-        Ok(dress::laid(grains, &wanted, &found, dropped, space.dimension, turn, seed, &why))
+        Ok(dress::laid(grains, &found, space.dimension, self.orientation, seed, &why))
     }
 
     /// Balls of `radii` [m] that came to rest, each with its number, and how many still rolled.

@@ -124,9 +124,8 @@ impl MovingBoundary {
             "; walls moved by {} % of the container; solid fraction {beside:.3} beside them, {middle:.3} in the middle",
             way.join(", ")
         ));
-        let turn = self.orientation;
         let balls = balls_of(&pressed.soft);
-        Ok(dress::laid(grains, &target.wanted, &balls, Vec::new(), dimension, turn, seed, &why))
+        Ok(dress::laid(grains, &balls, dimension, self.orientation, seed, &why))
     }
 
     /// Balls of `radii` [m], which fill `fraction` of the box `space`, pressed into it by the walls

@@ -76,17 +76,7 @@ impl RadiusExpansion {
         };
         let why = ending(&soft, &relaxed, region, target.closest);
         let balls = balls_of(&soft);
-        let turn = self.orientation;
-        Ok(dress::laid(
-            grains,
-            &target.wanted,
-            &balls,
-            Vec::new(),
-            space.dimension,
-            turn,
-            seed,
-            &why,
-        ))
+        Ok(dress::laid(grains, &balls, space.dimension, self.orientation, seed, &why))
     }
 
     /// Balls of `radii` [m] in `space`, grown from small ones; `None` if it has no inside.
