@@ -1,9 +1,9 @@
-//! Base64 (RFC 4648), for the arrays inside XML files.
+//! Base64 (RFC 4648, section 4), for arrays inside XML files and pictures inside pages.
 
 const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
 /// `bytes` as text, padded with `=`.
-pub(super) fn encode(bytes: &[u8]) -> String {
+pub fn encode(bytes: &[u8]) -> String {
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for chunk in bytes.chunks(3) {
         let word =
@@ -19,7 +19,7 @@ pub(super) fn encode(bytes: &[u8]) -> String {
 /// The bytes that `text` stands for; blanks and line ends are passed over.
 /// Several padded pieces one after the other count as one text. `None` for
 /// other symbols and for a text that is cut off.
-pub(super) fn decode(text: &[u8]) -> Option<Vec<u8>> {
+pub fn decode(text: &[u8]) -> Option<Vec<u8>> {
     let mut bytes = Vec::with_capacity(text.len() / 4 * 3);
     let (mut word, mut symbols, mut padding) = (0u32, 0, 0);
     for symbol in text.iter().filter(|symbol| !symbol.is_ascii_whitespace()) {
@@ -54,10 +54,19 @@ mod tests {
 
     #[test]
     fn agrees_with_the_standard() {
-        for (bytes, text) in [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foobar", "Zm9vYmFy")] {
+        for (bytes, text) in [
+            ("", ""),
+            ("f", "Zg=="),
+            ("fo", "Zm8="),
+            ("foo", "Zm9v"),
+            ("foob", "Zm9vYg=="),
+            ("fooba", "Zm9vYmE="),
+            ("foobar", "Zm9vYmFy"),
+        ] {
             assert_eq!(encode(bytes.as_bytes()), text);
             assert_eq!(decode(text.as_bytes()).as_deref(), Some(bytes.as_bytes()));
         }
+        assert_eq!(encode(&[0xff, 0xfe, 0xfd]), "//79");
         assert_eq!(decode(b"Zg==\n Zm8=").as_deref(), Some(&b"ffo"[..]));
         for wrong in ["Z", "Zg=", "Zg=a", "=AAA", "Z!aa"] {
             assert_eq!(decode(wrong.as_bytes()), None, "{wrong}");

@@ -5,7 +5,7 @@
 //! row to [`FORMATS`]. All lengths are in metres and all values in SI units.
 
 pub mod atomic;
-mod base64;
+pub mod base64;
 mod columns;
 mod convert;
 pub mod csv;

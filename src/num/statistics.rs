@@ -5,6 +5,13 @@ pub fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
+/// Standard deviation of a sample: √(Σ(v − mean)² / (n − 1)); `None` for fewer than two values.
+pub fn deviation(values: &[f64]) -> Option<f64> {
+    let middle = mean(values).filter(|_| values.len() > 1)?;
+    let squares: f64 = values.iter().map(|v| (v - middle).powi(2)).sum();
+    Some((squares / (values.len() as f64 - 1.0)).sqrt())
+}
+
 /// Standard error of the mean of independent values: √(Σ(v − mean)² / (n (n − 1))); `None` for fewer than two.
 pub fn standard_error(values: &[f64]) -> Option<f64> {
     let middle = mean(values).filter(|_| values.len() > 1)?;

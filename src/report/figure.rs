@@ -1,8 +1,9 @@
 //! A chart or picture as the page templates take it.
 
+use super::ReportError;
 use super::chart::{Bars, Chart};
 use super::picture::Picture;
-use super::{ReportError, base64};
+use crate::format::base64;
 use serde::Serialize;
 
 /// A chart or picture.

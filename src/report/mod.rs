@@ -8,7 +8,6 @@
 //! * [`findings::Findings`] is what a study found, as CSV, SVG, JSON and a page.
 //! * [`page::page`] puts all of it into one self-contained page.
 
-pub mod base64;
 pub mod camera;
 pub mod chart;
 pub mod colour;

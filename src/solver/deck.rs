@@ -5,6 +5,7 @@ use super::restart_springs::{self, Layout};
 use super::table::{self, Table};
 use super::{Limit, LimitKind, Solver, SolverError, finite, templates};
 use crate::model::Model;
+use crate::num::Vec3;
 use serde::Serialize;
 use std::fs;
 use std::io::Write;
@@ -77,6 +78,11 @@ pub struct Deck {
     pub ranks: usize,
     /// What the solver does differently from the model.
     pub limits: Vec<Limit>,
+}
+
+/// A vector as templates take it.
+pub fn plain(vector: &Vec3) -> [f64; 3] {
+    [vector.x, vector.y, vector.z]
 }
 
 /// What stands at the top of every deck.

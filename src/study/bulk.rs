@@ -10,11 +10,11 @@
 //! difference lies within ±2 % of the mean (two one-sided tests at 5 %, Schuirmann 1987).
 //! Cost: O(spheres × steps) a run.
 
-use super::equivalence::{deviation, interval};
+use super::equivalence::interval;
 use super::{Effort, StudyError, go_on, models};
 use crate::dem;
 use crate::model::{Contact, Model, Motion, Outcome, Run, Scheme};
-use crate::num::statistics::{mean, median, root_mean_square};
+use crate::num::statistics::{deviation, mean, median, root_mean_square};
 use crate::num::{Job, Vec3, random};
 use crate::report::chart::{Axis, Chart, Series};
 use crate::report::curves::work_precision;
@@ -265,7 +265,7 @@ fn heaps(size: &Size, job: &Job, remarks: &mut Vec<String>) -> Result<Sheet, Stu
                 quantity.into(),
                 name.as_str().into(),
                 mean(&values).unwrap_or(f64::NAN).into(),
-                deviation(&values).into(),
+                deviation(&values).unwrap_or(f64::NAN).into(),
                 percent.into(),
                 width.into(),
                 verdict.into(),

@@ -4,18 +4,11 @@
 //! 1908). Equivalence within a margin by two one-sided tests at 5 % (Schuirmann 1987): shown where
 //! the 90 % interval of the difference lies within ± the margin. Cost: O(values).
 
-use crate::num::statistics::mean;
+use crate::num::statistics::{deviation, mean};
 
 /// Quantiles of the normal distribution: of two-sided intervals of 90 and 95 %.
 const NINETY: f64 = 1.644_853_627;
 const NINETY_FIVE: f64 = 1.959_963_985;
-
-/// Standard deviation of a sample; NaN for less than two values.
-pub fn deviation(values: &[f64]) -> f64 {
-    let middle = mean(values).unwrap_or(f64::NAN);
-    let squares: f64 = values.iter().map(|value| (value - middle).powi(2)).sum();
-    (squares / (values.len() as f64 - 1.0)).sqrt()
-}
 
 /// Mean and half width of its two-sided 90 % confidence interval.
 pub fn interval(values: &[f64]) -> (f64, f64) {
@@ -29,7 +22,7 @@ pub fn interval_95(values: &[f64]) -> (f64, f64) {
 
 fn interval_at(values: &[f64], z: f64) -> (f64, f64) {
     let count = values.len() as f64;
-    let half = student(count - 1.0, z) * deviation(values) / count.sqrt();
+    let half = student(count - 1.0, z) * deviation(values).unwrap_or(f64::NAN) / count.sqrt();
     (mean(values).unwrap_or(f64::NAN), half)
 }
 

@@ -18,7 +18,7 @@ use crate::clump::{
     self, ClumpError, Dynamic, FourPoints, MassSource, Method, Nodes, Normals, Order, Place,
     Replaced,
 };
-use crate::num::statistics::median;
+use crate::num::statistics::{median, order_of_convergence};
 use crate::num::{Job, statistics};
 use crate::report::chart::{Axis, Chart, Series};
 use crate::report::findings::{Cell, Findings, Sheet};
@@ -340,11 +340,8 @@ fn statements(runs: &[Run], solids: &[Solid], size: &Size) -> Vec<Statement> {
 
 /// Exponent of a power law through the runs.
 fn slope(runs: &[&Run], x: impl Fn(&Run) -> f64, y: impl Fn(&Run) -> f64) -> f64 {
-    let points: Vec<(f64, f64)> = runs.iter().map(|r| (x(r).ln(), y(r).ln())).collect();
-    let n = points.len() as f64;
-    let mean = |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / n;
-    let (mx, my) = (mean(&|p| p.0), mean(&|p| p.1));
-    mean(&|p| (p.0 - mx) * (p.1 - my)) / mean(&|p| (p.0 - mx).powi(2))
+    let (x, y): (Vec<f64>, Vec<f64>) = runs.iter().map(|run| (x(run), y(run))).unzip();
+    order_of_convergence(&x, &y).unwrap_or(f64::NAN)
 }
 
 /// The largest share of spheres of R2 in those that R1 needs for the same rms distance

@@ -17,6 +17,7 @@ use super::span::Span;
 use super::statistics::Quantity;
 use super::{Comparison, Row, Twin, usable};
 use crate::model::{Model, Run};
+use crate::num::statistics::deviation;
 use serde::{Deserialize, Serialize};
 
 /// Student's factor for 95 % with 2, 3, … degrees of freedom. With one it would be
@@ -76,7 +77,7 @@ impl Realisations {
                 let values: Option<Vec<f64>> =
                     spans.iter().map(|span| span.statistics.value(quantity)).collect();
                 let values = values?;
-                let deviation = deviation(&values);
+                let deviation = deviation(&values).unwrap_or(f64::NAN);
                 Some(Scatter { quantity, values, deviation })
             })
             .collect();
@@ -87,12 +88,6 @@ impl Realisations {
         let found = self.scatter.iter().find(|scatter| scatter.quantity == quantity);
         found.map_or(0.0, |scatter| self.factor * scatter.deviation)
     }
-}
-
-fn deviation(values: &[f64]) -> f64 {
-    let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (count - 1.0)).sqrt()
 }
 
 /// True if any sphere of the last frames is elsewhere.

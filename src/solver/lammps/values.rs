@@ -3,7 +3,7 @@
 use crate::geometry::Bounds;
 use crate::model::{Body, Contact, Model, Motion, Needs, WallShape};
 use crate::num::{Mat3, Vec3};
-use crate::solver::deck::{DeckOptions, Header};
+use crate::solver::deck::{DeckOptions, Header, plain};
 use crate::solver::table::{Cell, Table};
 use crate::solver::{Limit, Solver};
 use serde::Serialize;
@@ -77,10 +77,6 @@ struct Dump {
     id: &'static str,
     every: u64,
     file: &'static str,
-}
-
-fn plain(vector: &Vec3) -> [f64; 3] {
-    [vector.x, vector.y, vector.z]
 }
 
 /// Atom types count from 1.

@@ -7,7 +7,7 @@ use crate::model::{
     Body, Contact, Lost, Model, Motion, Needs, PairForces, Sphere, Wall, WallShape,
 };
 use crate::num::{Mat3, Vec3};
-use crate::solver::deck::{DeckOptions, Header};
+use crate::solver::deck::{DeckOptions, Header, plain};
 use crate::solver::mesh_check::inspect;
 use crate::solver::rigid_masses::{self, Balance, Masses, Point};
 use crate::solver::surface;
@@ -276,10 +276,6 @@ fn simulation_box(model: &Model, surfaces: &[Surface]) -> Bounds {
 /// Atom types count from 1.
 fn type_number(material: u16) -> usize {
     usize::from(material) + 1
-}
-
-fn plain(vector: &Vec3) -> [f64; 3] {
-    [vector.x, vector.y, vector.z]
 }
 
 impl Script {

@@ -4,7 +4,7 @@ use super::series::{self, Class};
 use crate::geometry::Bounds;
 use crate::model::{Body, Contact, Lost, Model, Motion, Needs, Wall, WallShape};
 use crate::num::Vec3;
-use crate::solver::deck::Header;
+use crate::solver::deck::{Header, plain};
 use crate::solver::table::{Cell, Table};
 use crate::solver::{Limit, Solver, SolverError, surface};
 use serde::Serialize;
@@ -408,10 +408,6 @@ fn covering_triangle(
 fn nine(corners: &[Vec3; 3]) -> [f64; 9] {
     let [a, b, c] = corners;
     [a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z]
-}
-
-fn plain(vector: &Vec3) -> [f64; 3] {
-    [vector.x, vector.y, vector.z]
 }
 
 /// True if some body has a velocity or spin to be given, the half step of gravity included.

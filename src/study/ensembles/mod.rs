@@ -11,12 +11,12 @@
 
 mod scenes;
 
-use super::equivalence::{Difference, Verdict, deviation};
+use super::equivalence::{Difference, Verdict};
 use super::{Effort, StudyError, go_on};
 use crate::dem;
 use crate::model::{Model, Outcome, Run, Scheme};
 use crate::num::Job;
-use crate::num::statistics::mean;
+use crate::num::statistics::{deviation, mean};
 use crate::report::chart::{Axis, Chart, Series};
 use crate::report::findings::{Cell, Findings, Sheet};
 use crate::solver::{self, DeckOptions, Solver};
@@ -268,7 +268,7 @@ fn reference_rows(bulk: &Bulk, per_contact: f64, sample: &Sample) -> Vec<Vec<Cel
         let mut row = named(bulk, quantity, "reference (path_averaged)", per_contact);
         row.push(values.len().to_string().into());
         row.push(mean(values).unwrap_or(f64::NAN).into());
-        row.push(deviation(values).into());
+        row.push(deviation(values).unwrap_or(f64::NAN).into());
         row.extend([f64::NAN; 2].map(Cell::from));
         row.push(quantity.margin.into());
         row.push("".into());
@@ -284,7 +284,7 @@ fn found_rows(bulk: &Bulk, found: &Found, sample: &Sample) -> Vec<Vec<Cell>> {
         let mut row = named(bulk, quantity, found.code, found.per_contact);
         row.push(values.len().to_string().into());
         row.push(mean(values).unwrap_or(f64::NAN).into());
-        row.push(deviation(values).into());
+        row.push(deviation(values).unwrap_or(f64::NAN).into());
         row.push(difference.middle.into());
         row.push(difference.half_95.into());
         row.push(quantity.margin.into());
