@@ -222,7 +222,7 @@ fn past<const W: usize, L: Wide<W>, const DAMPING: u8, const MIXED: bool>(
         let apart = L::row(&APART);
         let mut rows = [apart; W];
         for l in 0..W {
-            rows[l] = L::sum(L::row(mine[l]), L::product(L::row(away[l]), apart));
+            rows[l] = L::signed_sum(L::row(mine[l]), L::row(away[l]), apart);
         }
         let [x, y, z, ease, u, v, w, light] = L::columns(rows);
         let pull = Triple { x, y, z };

@@ -260,7 +260,7 @@ impl<'a> Network<'a> {
         self.limit(f64::INFINITY)
     }
 
-    /// Whether no trace could be above `most` even if all that is listed touched: O(listed pairs), no
+    /// Whether the number of contacts in the last pass shows that no trace is above `most`: O(listed pairs), no
     /// geometry. Where all spheres are alike and bodies by themselves; false elsewhere.
     fn clears(&self, step: f64, most: f64) -> bool {
         let (setting, state) = (self.setting, self.state);
@@ -276,15 +276,11 @@ impl<'a> Network<'a> {
             self.round_trace(&link, step).map_or(f64::INFINITY, |parts| parts[0])
         };
         let wall = setting.model.walls.iter().map(at_wall).fold(0.0, f64::max) * (1.0 + ROUNDING);
-        let mut listed = vec![0u32; state.balls.len()];
-        state.pairs.partner.iter().for_each(|other| listed[*other as usize] += 1);
-        let starts =
-            |list: &'a List| list.start.windows(2).map(|range| f64::from(range[1] - range[0]));
-        let walls = starts(&state.planes).zip(starts(&state.faces));
-        let pairs = starts(&state.pairs).zip(listed);
-        pairs.zip(walls).all(|((own, others), (planes, faces))| {
+        let spheres = touched(&state.pairs, true);
+        let walls = touched(&state.planes, false).into_iter().zip(touched(&state.faces, false));
+        spheres.into_iter().zip(walls).all(|(spheres, (planes, faces))| {
             // Without walls `wall` is 0, without contacts both are.
-            (own + f64::from(others)) * pair + (planes + faces) * wall <= most
+            f64::from(spheres) * pair + f64::from(planes + faces) * wall <= most
         })
     }
 
@@ -633,6 +629,23 @@ fn touching(one: &Ball, other: &Ball) -> f64 {
 /// Partners of a sphere in a list.
 fn partners(list: &List, slot: usize) -> &[u32] {
     &list.partner[list.start[slot] as usize..list.start[slot + 1] as usize]
+}
+
+/// How many entries of a list touched in the last pass, of each sphere; those of its partners too where these are
+/// spheres.
+fn touched(list: &List, spheres: bool) -> Vec<u32> {
+    let mut counts = vec![0; list.start.len().saturating_sub(1)];
+    for (slot, range) in list.start.windows(2).enumerate() {
+        let range = range[0] as usize..range[1] as usize;
+        let touching = &list.book.touching[range.clone()];
+        counts[slot] += touching.iter().map(|touches| u32::from(*touches)).sum::<u32>();
+        if spheres {
+            for (other, touches) in list.partner[range].iter().zip(touching) {
+                counts[*other as usize] += u32::from(*touches);
+            }
+        }
+    }
+    counts
 }
 
 /// Whether all eigenvalues λ ≥ 0 of `block` are known to be at most `best`, from

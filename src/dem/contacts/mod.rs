@@ -45,7 +45,7 @@ use version::Version;
 pub const GROUP: usize = 8;
 
 pub const ZEROS: Line = Line([0.0; 8]);
-/// What the second sphere gets of the first one's force and torque where all are alike.
+/// What the second sphere gets of a row of force and torque.
 const AGAINST: Line = Line([-1.0, -1.0, -1.0, 0.0, 1.0, 1.0, 1.0, 0.0]);
 
 /// Eight answers for each set of bits.
@@ -157,19 +157,33 @@ fn all<V: Version, K: Kind>(
 /// Sets the loads of a block and of strangers; what its contacts took.
 pub fn finish(part: &mut Part<'_>, scratch: &mut Scratch) -> Tally {
     let (own, away) = scratch.pulls.split_at_mut(part.loads.len());
-    take(part.loads, own);
-    take(part.strangers, away);
+    hand_over(part.loads, own);
+    hand_over(part.strangers, away);
     let [normal_dashpot, tangential_dashpot, slip] = scratch.sums.map(|sums| sums.iter().sum());
     let wall_power = scratch.power.iter().sum();
     Tally { normal_dashpot, tangential_dashpot, slip, wall_power, ..Tally::default() }
 }
 
+/// [`take`] with the lanes that this processor has.
+fn hand_over(loads: &mut [Load], pulls: &mut [Line]) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        if Eight::is_here() {
+            return Eight::take(loads, pulls);
+        }
+        if Four::is_here() {
+            return Four::take(loads, pulls);
+        }
+    }
+    Plain::take(loads, pulls)
+}
+
 /// Hands over what was summed, and leaves zeros for the next block while the lines are at hand.
-fn take(loads: &mut [Load], pulls: &mut [Line]) {
+#[inline(always)]
+fn take<const W: usize, L: Wide<W>>(loads: &mut [Load], pulls: &mut [Line]) {
     for (load, pull) in loads.iter_mut().zip(pulls) {
-        let Line([a, b, c, _, d, e, f, _]) = *pull;
-        *load = Load { force: Vec3::new(a, b, c), torque: Vec3::new(d, e, f) };
-        *pull = ZEROS;
+        L::keep_six(L::row(pull), load.vectors());
+        L::keep(L::row(&ZEROS), pull);
     }
 }
 
@@ -570,12 +584,7 @@ fn deliver<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
         let rows = L::rows([push.x, push.y, push.z, zero, turn.x, turn.y, turn.z, zero]);
         let mut against = rows;
         if MIXED {
-            let push = push.map(|f| -f);
             against = L::rows([push.x, push.y, push.z, zero, back.x, back.y, back.z, zero]);
-        } else {
-            for row in &mut against {
-                *row = L::product(*row, L::row(&AGAINST));
-            }
         }
         for l in 0..W {
             // SAFETY: `check` has looked at both places.
@@ -583,7 +592,7 @@ fn deliver<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
             add::<W, L, SPINS>(rows[l], pull);
             // SAFETY: see above.
             let pull = unsafe { scratch.pulls.get_unchecked_mut(seats[l] as usize) };
-            add::<W, L, SPINS>(against[l], pull);
+            oppose::<W, L, SPINS>(against[l], pull);
         }
     }
 }
@@ -595,6 +604,16 @@ pub fn add<const W: usize, L: Wide<W>, const SPINS: u8>(row: L::Row, line: &mut 
         L::keep(L::sum(L::row(line), row), line);
     } else {
         L::add_half(row, line);
+    }
+}
+
+/// Adds a row to the line of the other sphere, which feels the force the other way round and its torque as it is.
+#[inline(always)]
+fn oppose<const W: usize, L: Wide<W>, const SPINS: u8>(row: L::Row, line: &mut Line) {
+    if SPINS > 0 {
+        L::keep(L::signed_sum(L::row(line), row, L::row(&AGAINST)), line);
+    } else {
+        L::take_half(row, line);
     }
 }
 

@@ -33,6 +33,8 @@ pub trait Version {
     );
     /// See [`deliver`].
     fn deliver<const SPINS: u8, const MIXED: bool>(pairs: Pairs<'_>, scratch: &mut Scratch);
+    /// See [`take`].
+    fn take(loads: &mut [Load], pulls: &mut [Line]);
     /// See [`planes::approach`].
     fn approach_planes<const SPINS: bool, const MOVING: bool>(
         field: &Field<'_>,
@@ -151,6 +153,17 @@ macro_rules! version {
                 unsafe { inner::<SPINS, MIXED>(pairs, scratch) }
             }
 
+            fn take(loads: &mut [Load], pulls: &mut [Line]) {
+                $(#[target_feature(enable = $feature)])*
+                fn inner(loads: &mut [Load], pulls: &mut [Line]) {
+                    take::<$wide, $lanes>(loads, pulls);
+                }
+                assert!(Self::is_here());
+                // SAFETY: the processor has what the function asks for.
+                #[allow(unused_unsafe)] // see above
+                unsafe { inner(loads, pulls) }
+            }
+
             fn approach_planes<const SPINS: bool, const MOVING: bool>(
                 field: &Field<'_>,
                 pairs: Pairs<'_>,
@@ -235,6 +248,6 @@ macro_rules! version {
 }
 version!(Plain, 4,);
 #[cfg(target_arch = "x86_64")]
-version!(Four, 4, "avx2");
+version!(Four, 4, "avx2" "fma");
 #[cfg(target_arch = "x86_64")]
 version!(Eight, 8, "avx512f" "avx512dq" "avx512vl");

@@ -213,12 +213,16 @@ pub trait Wide<const W: usize>: Lanes {
     fn keep(row: Self::Row, line: &mut Line);
     /// Sum of two lines.
     fn sum(a: Self::Row, b: Self::Row) -> Self::Row;
+    /// `a + b × signs`, `signs` of ±1 and 0, so that only the sum is rounded.
+    fn signed_sum(a: Self::Row, b: Self::Row, signs: Self::Row) -> Self::Row;
     /// Adds the first four numbers of a row to those of a line.
     fn add_half(row: Self::Row, line: &mut Line);
+    /// Takes the first four numbers of a row from those of a line.
+    fn take_half(row: Self::Row, line: &mut Line);
+    /// Writes the first three numbers and those after the fourth.
+    fn keep_six(row: Self::Row, values: &mut [Vec3; 2]);
     /// Difference of two lines.
     fn difference(a: Self::Row, b: Self::Row) -> Self::Row;
-    /// Product of two lines, number by number.
-    fn product(a: Self::Row, b: Self::Row) -> Self::Row;
     /// The first numbers of all lines, the second, ...
     fn columns(rows: [Self::Row; W]) -> [Self; 8];
     /// The lines that have these columns.

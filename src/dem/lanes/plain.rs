@@ -101,12 +101,20 @@ impl Wide<4> for Plain {
         line.0.iter_mut().zip(&row[..4]).for_each(|(number, more)| *number += more);
     }
     #[inline(always)]
-    fn difference(a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
-        from_fn(|l| a[l] - b[l])
+    fn signed_sum(a: [f64; 8], b: [f64; 8], signs: [f64; 8]) -> [f64; 8] {
+        from_fn(|l| a[l] + b[l] * signs[l])
     }
     #[inline(always)]
-    fn product(a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
-        from_fn(|l| a[l] * b[l])
+    fn take_half(row: [f64; 8], line: &mut Line) {
+        line.0.iter_mut().zip(&row[..4]).for_each(|(number, less)| *number -= less);
+    }
+    #[inline(always)]
+    fn keep_six([a, b, c, _, d, e, f, _]: [f64; 8], values: &mut [Vec3; 2]) {
+        *values = [Vec3::new(a, b, c), Vec3::new(d, e, f)];
+    }
+    #[inline(always)]
+    fn difference(a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
+        from_fn(|l| a[l] - b[l])
     }
     #[inline(always)]
     fn columns(rows: [[f64; 8]; 4]) -> [Self; 8] {

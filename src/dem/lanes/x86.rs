@@ -190,14 +190,31 @@ impl Wide<4> for Four {
         unsafe { _mm256_storeu_pd(at, _mm256_add_pd(_mm256_loadu_pd(at), row[0])) }
     }
     #[inline(always)]
+    fn signed_sum(a: Self::Row, b: Self::Row, signs: Self::Row) -> Self::Row {
+        // SAFETY: see above.
+        unsafe { [_mm256_fmadd_pd(b[0], signs[0], a[0]), _mm256_fmadd_pd(b[1], signs[1], a[1])] }
+    }
+    #[inline(always)]
+    fn take_half(row: Self::Row, line: &mut Line) {
+        let at = line.0.as_mut_ptr();
+        // SAFETY: see above; four of eight numbers.
+        unsafe { _mm256_storeu_pd(at, _mm256_sub_pd(_mm256_loadu_pd(at), row[0])) }
+    }
+    #[inline(always)]
+    fn keep_six(row: Self::Row, values: &mut [Vec3; 2]) {
+        let at = values.as_mut_ptr().cast::<f64>();
+        // SAFETY: see above; two vectors are six numbers.
+        unsafe {
+            // The fifth, the sixth, and at the end the fourth that is wanted.
+            let turned = _mm256_permute4x64_pd::<0b00_10_10_01>(row[1]);
+            _mm256_storeu_pd(at, _mm256_blend_pd::<0b1000>(row[0], turned));
+            _mm_storeu_pd(at.add(4), _mm256_castpd256_pd128(turned));
+        }
+    }
+    #[inline(always)]
     fn difference(a: Self::Row, b: Self::Row) -> Self::Row {
         // SAFETY: see above.
         unsafe { [_mm256_sub_pd(a[0], b[0]), _mm256_sub_pd(a[1], b[1])] }
-    }
-    #[inline(always)]
-    fn product(a: Self::Row, b: Self::Row) -> Self::Row {
-        // SAFETY: see above.
-        unsafe { [_mm256_mul_pd(a[0], b[0]), _mm256_mul_pd(a[1], b[1])] }
     }
     #[inline(always)]
     fn columns(r: [Self::Row; 4]) -> [Self; 8] {
@@ -472,14 +489,33 @@ impl Wide<8> for Eight {
         }
     }
     #[inline(always)]
+    fn signed_sum(a: __m512d, b: __m512d, signs: __m512d) -> __m512d {
+        // SAFETY: see above.
+        unsafe { _mm512_fmadd_pd(b, signs, a) }
+    }
+    #[inline(always)]
+    fn take_half(row: __m512d, line: &mut Line) {
+        let at = line.0.as_mut_ptr();
+        // SAFETY: see above; four of eight numbers.
+        unsafe {
+            let half = _mm512_castpd512_pd256(row);
+            _mm256_storeu_pd(at, _mm256_sub_pd(_mm256_loadu_pd(at), half));
+        }
+    }
+    #[inline(always)]
+    fn keep_six(row: __m512d, values: &mut [Vec3; 2]) {
+        let at = values.as_mut_ptr().cast::<f64>();
+        // SAFETY: see above; two vectors are six numbers.
+        unsafe {
+            let six = _mm512_maskz_compress_pd(0b0111_0111, row);
+            _mm256_storeu_pd(at, _mm512_castpd512_pd256(six));
+            _mm_storeu_pd(at.add(4), _mm512_extractf64x2_pd::<2>(six));
+        }
+    }
+    #[inline(always)]
     fn difference(a: __m512d, b: __m512d) -> __m512d {
         // SAFETY: see above.
         unsafe { _mm512_sub_pd(a, b) }
-    }
-    #[inline(always)]
-    fn product(a: __m512d, b: __m512d) -> __m512d {
-        // SAFETY: see above.
-        unsafe { _mm512_mul_pd(a, b) }
     }
     #[inline(always)]
     fn columns(rows: [__m512d; 8]) -> [Self; 8] {
