@@ -53,7 +53,8 @@ pub fn advance(
     let square = room * room;
     let mut far = false;
     if state.solids.len() < setting.model.bodies.len() {
-        let leap = Leap { kick, owed, pace: margin.pace, square };
+        let mixed = !state.solids.is_empty() || !setting.model.arrivals.is_empty();
+        let leap = Leap { kick, owed, mixed, pace: margin.pace, square };
         far = move_alone(setting, state, crew, &leap, (margin, room));
     }
     if owed {
@@ -135,6 +136,8 @@ struct Leap {
     kick: f64,
     /// Whether to kick twice.
     owed: bool,
+    /// Whether there are balls that are not bodies by themselves, or not yet there.
+    mixed: bool,
     /// See [`Margin`], m.
     pace: f64,
     /// Square of the distance from the place of the last build that is allowed, m².
@@ -246,18 +249,33 @@ fn go_by<L: Wide<4>>(
     flock: &mut Flock<'_>,
     leap: &Leap,
 ) -> bool {
+    if leap.mixed {
+        return by_light::<L, true>(setting, lights, flock, leap);
+    }
+    by_light::<L, false>(setting, lights, flock, leap)
+}
+
+/// [`go_by`] where some balls may not be bodies by themselves, or all are.
+#[inline(always)]
+fn by_light<L: Wide<4>, const MIXED: bool>(
+    setting: &Setting<'_>,
+    lights: &Lights,
+    flock: &mut Flock<'_>,
+    leap: &Leap,
+) -> bool {
     let first = flock.first;
+    let own = |at: usize| lights.at(first + at);
     match (lights.same(), leap.owed) {
-        (Some(light), true) => each::<L, true>(setting, |_| light, flock, leap),
-        (Some(light), false) => each::<L, false>(setting, |_| light, flock, leap),
-        (None, true) => each::<L, true>(setting, |at| lights.at(first + at), flock, leap),
-        (None, false) => each::<L, false>(setting, |at| lights.at(first + at), flock, leap),
+        (Some(light), true) => each::<L, MIXED, true>(setting, |_| light, flock, leap),
+        (Some(light), false) => each::<L, MIXED, false>(setting, |_| light, flock, leap),
+        (None, true) => each::<L, MIXED, true>(setting, own, flock, leap),
+        (None, false) => each::<L, MIXED, false>(setting, own, flock, leap),
     }
 }
 
 /// [`go_by`] with one kick or two.
 #[inline(always)]
-fn each<L: Wide<4>, const OWED: bool>(
+fn each<L: Wide<4>, const MIXED: bool, const OWED: bool>(
     setting: &Setting<'_>,
     light: impl Fn(usize) -> Lightness,
     flock: &mut Flock<'_>,
@@ -271,12 +289,8 @@ fn each<L: Wide<4>, const OWED: bool>(
         motion + gain
     };
     let mut slow = L::all(true);
-    // One length for the compiler: no access in the loops has a branch.
-    let count = flock.balls.len();
-    let (balls, loads) = (&mut flock.balls[..count], &flock.loads[..count]);
-    for at in 0..count {
-        let (ball, load) = (&mut balls[at], &loads[at]);
-        if !ball.alone {
+    for (at, (ball, load)) in flock.balls.iter_mut().zip(flock.loads).enumerate() {
+        if MIXED && !ball.alone {
             continue;
         }
         let gain = (L::three(&load.force) * L::splat(light(at).mass) + gravity) * kick;
@@ -287,11 +301,9 @@ fn each<L: Wide<4>, const OWED: bool>(
         place.keep_three(&mut ball.place);
         slow = L::both(slow, way.abs().at_most(pace));
     }
-    let count = flock.spins.len();
-    let (spins, loads) = (&mut flock.spins[..count], &loads[..count]);
-    for at in 0..count {
-        let gain = L::three(&loads[at].torque) * L::splat(light(at).inertia * leap.kick);
-        kicked(&spins[at], gain).keep_three(&mut spins[at]);
+    for (at, (spin, load)) in flock.spins.iter_mut().zip(flock.loads).enumerate() {
+        let gain = L::three(&load.torque) * L::splat(light(at).inertia * leap.kick);
+        kicked(spin, gain).keep_three(spin);
     }
     L::bits(slow) == 0b1111
 }

@@ -65,8 +65,7 @@ pub fn approach<const W: usize, L: Wide<W>, const SPINS: bool, const MOVING: boo
         let normal = Triple { x: nx, y: ny, z: nz };
         let height = between.dot(normal);
         let distance = height.abs();
-        let real = (1u32 << (count - at.min(count)).min(W)) - 1;
-        scratch.touches[at] = L::bits(distance.at_most(radius)) & real as u8;
+        scratch.touches[at] = L::bits(distance.at_most(radius));
         let behind = height.below(L::splat(0.0));
         let unit = Triple::pick(behind, normal.map(|n| -n), normal);
         let overlap = radius - distance;
@@ -94,6 +93,7 @@ pub fn approach<const W: usize, L: Wide<W>, const SPINS: bool, const MOVING: boo
         }
         scratch.velocity.set(at, velocity);
     }
+    scratch.part::<W>(count, whole);
 }
 
 /// Velocities of the planes where the spheres are nearest, m/s.

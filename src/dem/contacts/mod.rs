@@ -418,8 +418,7 @@ fn approach<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
         let square = between.dot(between);
         let sum = radii[0] + radii[1];
         let near = if *yade { square.at_most(sum * sum) } else { square.below(sum * sum) };
-        let real = (1u32 << (count - at.min(count)).min(W)) - 1;
-        scratch.touches[at] = L::bits(near) & real as u8;
+        scratch.touches[at] = L::bits(near);
         let distance = square.sqrt();
         let unit = between * (L::splat(1.0) / distance);
         let overlap = sum - distance;
@@ -446,6 +445,7 @@ fn approach<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
         }
         scratch.velocity.set(at, velocity);
     }
+    scratch.part::<W>(count, whole);
 }
 
 /// Ways between spheres in a periodic box with these edges as those to the nearest images, m.

@@ -318,9 +318,12 @@ impl Wide<4> for Four {
     }
     #[inline(always)]
     fn mask(bits: u8) -> __m256d {
-        let of = |l: u8| -i64::from(bits >> l & 1);
         // SAFETY: see above.
-        unsafe { _mm256_castsi256_pd(_mm256_set_epi64x(of(3), of(2), of(1), of(0))) }
+        unsafe {
+            let each = _mm256_set_epi64x(8, 4, 2, 1);
+            let mine = _mm256_and_si256(_mm256_set1_epi64x(i64::from(bits)), each);
+            _mm256_castsi256_pd(_mm256_cmpeq_epi64(mine, each))
+        }
     }
 }
 
