@@ -96,16 +96,24 @@ pub enum Second {
     Faces,
 }
 
-impl<'a> Pairs<'a> {
+/// Pairs whose places all exist: see [`check`].
+#[derive(Debug, Clone, Copy)]
+pub struct Checked<'a>(Pairs<'a>);
+
+impl<'a> std::ops::Deref for Checked<'a> {
+    type Target = Pairs<'a>;
+    #[inline(always)]
+    fn deref(&self) -> &Pairs<'a> {
+        &self.0
+    }
+}
+
+impl<'a> Checked<'a> {
     #[inline(always)]
     fn slice(self, from: usize, to: usize) -> Self {
-        Self {
-            block: self.block,
-            first: &self.first[from..to],
-            second: &self.second[from..to],
-            seats: if self.kind == Second::Balls { &self.seats[from..to] } else { &[] },
-            kind: self.kind,
-        }
+        let Pairs { block, first, second, seats, kind } = self.0;
+        let seats = if kind == Second::Balls { &seats[from..to] } else { &[] };
+        Self(Pairs { block, first: &first[from..to], second: &second[from..to], seats, kind })
     }
 }
 
@@ -194,6 +202,7 @@ fn sweeps<V: Version, K: Kind>(
     book: &mut BookView<'_>,
     scratch: &mut Scratch,
 ) {
+    let pairs = V::check(pairs, field, scratch.pulls.len());
     let whole = pairs.first.len() / GROUP * GROUP;
     for begin in (0..whole).step_by(SWEEP) {
         if field.balls.len() > NEAR && pairs.kind == Second::Balls {
@@ -231,7 +240,7 @@ fn fetch(field: &Field<'_>, slot: usize) {
 /// All three sweeps over the same pairs, see [`approach`].
 fn sweep<V: Version, K: Kind>(
     field: &Field<'_>,
-    pairs: Pairs<'_>,
+    pairs: Checked<'_>,
     count: usize,
     book: (&mut BookView<'_>, usize),
     scratch: &mut Scratch,
@@ -279,7 +288,7 @@ pub fn follow<V: Version, K: Kind>(
 /// The same with planes.
 fn sweep_planes<V: Version, K: Kind>(
     field: &Field<'_>,
-    pairs: Pairs<'_>,
+    pairs: Checked<'_>,
     count: usize,
     book: (&mut BookView<'_>, usize),
     scratch: &mut Scratch,
@@ -304,7 +313,7 @@ fn sweep_planes<V: Version, K: Kind>(
 /// The last pairs, fewer than a group: the group is filled up with pairs that do not count.
 fn rest<V: Version, K: Kind>(
     field: &Field<'_>,
-    pairs: Pairs<'_>,
+    pairs: Checked<'_>,
     whole: &mut BookView<'_>,
     from: usize,
     scratch: &mut Scratch,
@@ -319,7 +328,9 @@ fn rest<V: Version, K: Kind>(
         Second::Balls => filled(left.seats),
         _ => [0; GROUP],
     };
-    let pairs = Pairs { first: &first, second: &second, seats: &seats, ..pairs };
+    let seats = if left.kind == Second::Balls { &seats[..] } else { &[] };
+    let pairs = Pairs { first: &first, second: &second, seats, ..*pairs };
+    let pairs = V::check(pairs, field, scratch.pulls.len());
     let mut touching = [false; GROUP];
     let (mut spring, mut normal) = ([Vec3::zeros(); GROUP], [Vec3::zeros(); GROUP]);
     let (mut lag, mut power) = ([0.0; GROUP], [0.0; GROUP]);
@@ -387,12 +398,12 @@ pub fn chunk_mut<const W: usize, T>(values: &mut [T], at: usize) -> &mut [T; W] 
 #[inline(always)]
 fn approach<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
     field: &Field<'_>,
-    pairs: Pairs<'_>,
+    pairs: Checked<'_>,
     count: usize,
     scratch: &mut Scratch,
 ) {
-    check(pairs, field, scratch.pulls.len());
     let Field { balls, spins, setting, yade, .. } = field;
+    let own = &balls[pairs.block..];
     let alike = L::splat(setting.alike.map_or(0.0, |(_, radius)| radius));
     let share = L::splat(setting.share);
     let slide_share = L::splat(setting.slide_share);
@@ -400,7 +411,7 @@ fn approach<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
     let (first, second) = (groups::<W, _>(pairs.first, whole), groups::<W, _>(pairs.second, whole));
     for group in 0..whole {
         let (at, me, them) = (within::<W>(group * W), &first[group], &second[group]);
-        let (ours, theirs) = (entries(balls, pairs.block, me), entries(balls, 0, them));
+        let (ours, theirs) = (entries(own, me), entries(balls, them));
         let mut rows = [L::row(&ZEROS); W];
         for l in 0..W {
             rows[l] = L::difference(L::row(ours[l].line()), L::row(theirs[l].line()));
@@ -427,7 +438,7 @@ fn approach<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
         if SPINS > 0 {
             let arms = [radii[0] - share * overlap, radii[1] - share * overlap];
             let slides = [radii[0] - slide_share * overlap, radii[1] - slide_share * overlap];
-            let (mine, away) = (entries(spins, pairs.block, me), entries(spins, 0, them));
+            let (mine, away) = (entries(&spins[pairs.block..], me), entries(spins, them));
             let spins = if MIXED {
                 let (mine, away) = (L::triples(mine), L::triples(away));
                 velocity = velocity + unit.cross(mine * slides[0] + away * slides[1]);
@@ -492,7 +503,7 @@ fn carry<const W: usize, L: Wide<W>, const HISTORY: u8>(
 #[inline(always)]
 fn answer<const W: usize, L: Wide<W>, K: Kind>(
     field: &Field<'_>,
-    pairs: Pairs<'_>,
+    pairs: Checked<'_>,
     (book, base): (&mut BookView<'_>, usize),
     scratch: &mut Scratch,
 ) {
@@ -565,7 +576,7 @@ fn answer<const W: usize, L: Wide<W>, K: Kind>(
 /// Third sweep: adds the forces to the lines of both spheres.
 #[inline(always)]
 fn deliver<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
-    pairs: Pairs<'_>,
+    pairs: Checked<'_>,
     scratch: &mut Scratch,
 ) {
     let zero = L::splat(0.0);
@@ -617,10 +628,10 @@ fn oppose<const W: usize, L: Wide<W>, const SPINS: u8>(row: L::Row, line: &mut L
     }
 }
 
-/// Panics if a slot of a sweep does not exist: one look a sweep, so that no access inside it
-/// has a branch.
+/// Panics if a place of one of the pairs does not exist, in the `field` or among as many `pulls`: one look at all of them, so
+/// that no access in the sweeps has a branch.
 #[inline(always)]
-pub fn check(pairs: Pairs<'_>, field: &Field<'_>, pulls: usize) {
+fn check<'a>(pairs: Pairs<'a>, field: &Field<'_>, pulls: usize) -> Checked<'a> {
     fn highest<T: Copy + Ord + Default>(slots: &[T]) -> T {
         slots.iter().fold(T::default(), |top, slot| top.max(*slot))
     }
@@ -629,23 +640,22 @@ pub fn check(pairs: Pairs<'_>, field: &Field<'_>, pulls: usize) {
         spins => spins.min(field.balls.len()),
     };
     let (first, second) = (usize::from(highest(pairs.first)), highest(pairs.second) as usize);
-    assert!(first.max(usize::from(highest(pairs.seats))) < pulls && pairs.block + first < count);
-    match pairs.kind {
-        Second::Balls => assert!(second < count),
-        Second::Planes => assert!(second < field.planes.lines.len()),
-        Second::Faces => {}
-    }
+    let seat = usize::from(highest(pairs.seats));
+    let there = match pairs.kind {
+        Second::Balls => second < count,
+        Second::Planes => second < field.planes.lines.len(),
+        Second::Faces => true,
+    };
+    let all = first.max(seat) < pulls && pairs.block + first < count && there;
+    assert!(all || pairs.first.is_empty() && pairs.second.is_empty() && pairs.seats.is_empty());
+    Checked(pairs)
 }
 
-/// The values at these places after `from`, which [`check`] has looked at.
+/// The values at these places, which [`check`] has looked at.
 #[inline(always)]
-pub fn entries<'a, const W: usize, T, I: Place>(
-    values: &'a [T],
-    from: usize,
-    places: &[I; W],
-) -> [&'a T; W] {
+pub fn entries<'a, const W: usize, T, I: Place>(values: &'a [T], places: &[I; W]) -> [&'a T; W] {
     // SAFETY: the places exist.
-    let at = |place: I| unsafe { values.get_unchecked(from + place.number()) };
+    let at = |place: I| unsafe { values.get_unchecked(place.number()) };
     let mut found = [at(places[0]); W];
     for l in 1..W {
         found[l] = at(places[l]);
@@ -677,7 +687,7 @@ impl Place for u32 {
 #[inline(always)]
 pub fn gathered<const W: usize, L: Wide<W>>(
     field: &Field<'_>,
-    list: Pairs<'_>,
+    list: Checked<'_>,
     at: usize,
 ) -> Parameters<L> {
     let (me, them) = (chunk::<W, _>(list.first, at), chunk::<W, _>(list.second, at));

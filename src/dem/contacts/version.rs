@@ -10,10 +10,12 @@ pub trait Version {
     const WIDE: usize;
     /// Whether this processor has them.
     fn is_here() -> bool;
+    /// See [`check`].
+    fn check<'a>(pairs: Pairs<'a>, field: &Field<'_>, pulls: usize) -> Checked<'a>;
     /// See [`approach`].
     fn approach<const SPINS: u8, const MIXED: bool>(
         field: &Field<'_>,
-        pairs: Pairs<'_>,
+        pairs: Checked<'_>,
         count: usize,
         scratch: &mut Scratch,
     );
@@ -27,38 +29,38 @@ pub trait Version {
     /// See [`answer`].
     fn answer<K: Kind>(
         field: &Field<'_>,
-        pairs: Pairs<'_>,
+        pairs: Checked<'_>,
         book: (&mut BookView<'_>, usize),
         scratch: &mut Scratch,
     );
     /// See [`deliver`].
-    fn deliver<const SPINS: u8, const MIXED: bool>(pairs: Pairs<'_>, scratch: &mut Scratch);
+    fn deliver<const SPINS: u8, const MIXED: bool>(pairs: Checked<'_>, scratch: &mut Scratch);
     /// See [`take`].
     fn take(loads: &mut [Load], pulls: &mut [Line]);
     /// See [`planes::approach`].
     fn approach_planes<const SPINS: bool, const MOVING: bool>(
         field: &Field<'_>,
-        pairs: Pairs<'_>,
+        pairs: Checked<'_>,
         count: usize,
         scratch: &mut Scratch,
     );
     /// See [`meet`].
     fn meet<const FRICTION: bool, const DAMPING: u8, const MIXED: bool>(
         field: &Field<'_>,
-        pairs: Pairs<'_>,
+        pairs: Checked<'_>,
         near: (usize, &[bool]),
         scratch: &mut Scratch,
     );
     /// See [`meet_planes`].
     fn meet_planes<const FRICTION: bool, const DAMPING: u8>(
         field: &Field<'_>,
-        pairs: Pairs<'_>,
+        pairs: Checked<'_>,
         near: (usize, &[bool]),
         scratch: &mut Scratch,
     );
     /// See [`planes::deliver`].
     fn deliver_planes<const SPINS: bool, const MOVING: bool>(
-        pairs: Pairs<'_>,
+        pairs: Checked<'_>,
         scratch: &mut Scratch,
     );
 }
@@ -73,16 +75,27 @@ macro_rules! version {
                 true $(&& is_x86_feature_detected!($feature))*
             }
 
+            fn check<'a>(pairs: Pairs<'a>, field: &Field<'_>, pulls: usize) -> Checked<'a> {
+                $(#[target_feature(enable = $feature)])*
+                fn inner<'a>(pairs: Pairs<'a>, field: &Field<'_>, pulls: usize) -> Checked<'a> {
+                    check(pairs, field, pulls)
+                }
+                assert!(Self::is_here());
+                // SAFETY: the processor has what the function asks for.
+                #[allow(unused_unsafe)] // nothing is asked for where all processors will do
+                unsafe { inner(pairs, field, pulls) }
+            }
+
             fn approach<const SPINS: u8, const MIXED: bool>(
                 field: &Field<'_>,
-                pairs: Pairs<'_>,
+                pairs: Checked<'_>,
                 count: usize,
                 scratch: &mut Scratch,
             ) {
                 $(#[target_feature(enable = $feature)])*
                 fn inner<const SPINS: u8, const MIXED: bool>(
                     field: &Field<'_>,
-                    pairs: Pairs<'_>,
+                    pairs: Checked<'_>,
                     count: usize,
                     scratch: &mut Scratch,
                 ) {
@@ -90,7 +103,7 @@ macro_rules! version {
                 }
                 assert!(Self::is_here());
                 // SAFETY: the processor has what the function asks for.
-                #[allow(unused_unsafe)] // nothing is asked for where all processors will do
+                #[allow(unused_unsafe)] // see above
                 unsafe { inner::<SPINS, MIXED>(field, pairs, count, scratch) }
             }
 
@@ -117,14 +130,14 @@ macro_rules! version {
 
             fn answer<K: Kind>(
                 field: &Field<'_>,
-                pairs: Pairs<'_>,
+                pairs: Checked<'_>,
                 book: (&mut BookView<'_>, usize),
                 scratch: &mut Scratch,
             ) {
                 $(#[target_feature(enable = $feature)])*
                 fn inner<K: Kind>(
                     field: &Field<'_>,
-                    pairs: Pairs<'_>,
+                    pairs: Checked<'_>,
                     book: (&mut BookView<'_>, usize),
                     scratch: &mut Scratch,
                 ) {
@@ -137,12 +150,12 @@ macro_rules! version {
             }
 
             fn deliver<const SPINS: u8, const MIXED: bool>(
-                pairs: Pairs<'_>,
+                pairs: Checked<'_>,
                 scratch: &mut Scratch,
             ) {
                 $(#[target_feature(enable = $feature)])*
                 fn inner<const SPINS: u8, const MIXED: bool>(
-                    pairs: Pairs<'_>,
+                    pairs: Checked<'_>,
                     scratch: &mut Scratch,
                 ) {
                     deliver::<$wide, $lanes, SPINS, MIXED>(pairs, scratch);
@@ -166,14 +179,14 @@ macro_rules! version {
 
             fn approach_planes<const SPINS: bool, const MOVING: bool>(
                 field: &Field<'_>,
-                pairs: Pairs<'_>,
+                pairs: Checked<'_>,
                 count: usize,
                 scratch: &mut Scratch,
             ) {
                 $(#[target_feature(enable = $feature)])*
                 fn inner<const SPINS: bool, const MOVING: bool>(
                     field: &Field<'_>,
-                    pairs: Pairs<'_>,
+                    pairs: Checked<'_>,
                     count: usize,
                     scratch: &mut Scratch,
                 ) {
@@ -187,14 +200,14 @@ macro_rules! version {
 
             fn meet<const FRICTION: bool, const DAMPING: u8, const MIXED: bool>(
                 field: &Field<'_>,
-                pairs: Pairs<'_>,
+                pairs: Checked<'_>,
                 near: (usize, &[bool]),
                 scratch: &mut Scratch,
             ) {
                 $(#[target_feature(enable = $feature)])*
                 fn inner<const FRICTION: bool, const DAMPING: u8, const MIXED: bool>(
                     field: &Field<'_>,
-                    pairs: Pairs<'_>,
+                    pairs: Checked<'_>,
                     near: (usize, &[bool]),
                     scratch: &mut Scratch,
                 ) {
@@ -208,14 +221,14 @@ macro_rules! version {
 
             fn meet_planes<const FRICTION: bool, const DAMPING: u8>(
                 field: &Field<'_>,
-                pairs: Pairs<'_>,
+                pairs: Checked<'_>,
                 near: (usize, &[bool]),
                 scratch: &mut Scratch,
             ) {
                 $(#[target_feature(enable = $feature)])*
                 fn inner<const FRICTION: bool, const DAMPING: u8>(
                     field: &Field<'_>,
-                    pairs: Pairs<'_>,
+                    pairs: Checked<'_>,
                     near: (usize, &[bool]),
                     scratch: &mut Scratch,
                 ) {
@@ -228,12 +241,12 @@ macro_rules! version {
             }
 
             fn deliver_planes<const SPINS: bool, const MOVING: bool>(
-                pairs: Pairs<'_>,
+                pairs: Checked<'_>,
                 scratch: &mut Scratch,
             ) {
                 $(#[target_feature(enable = $feature)])*
                 fn inner<const SPINS: bool, const MOVING: bool>(
-                    pairs: Pairs<'_>,
+                    pairs: Checked<'_>,
                     scratch: &mut Scratch,
                 ) {
                     planes::deliver::<$wide, $lanes, SPINS, MOVING>(pairs, scratch);
