@@ -1,9 +1,11 @@
 //! riprap: from one scene file to random grains, clumps, a packing, a discrete
-//! element run, LIGGGHTS and YADE decks, and a report of how far they agree.
+//! element run, LIGGGHTS, YADE and LAMMPS decks, and a report of how far they agree.
 //!
 //! Rooms, and which way imports go (each may use what stands left of it):
 //! `num, geometry <- format <- shape <- clump <- pack <- model <- {dem, solver} <- report <- scene <- {study, sweep} <- cli`.
 //! `tests/house.rs` holds every `use crate::…` against this line.
+
+#![warn(missing_docs)]
 
 pub mod clump;
 pub mod dem;

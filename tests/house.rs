@@ -1,4 +1,8 @@
-//! House rules that the compiler does not hold: which room may use which.
+//! House rules that the compiler does not hold: which room may use which, and no circles in a room.
+
+mod house {
+    mod circles;
+}
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -98,42 +98,16 @@ fn empty(title: &str, dimension: Dimension, mass: f64) -> Model {
     let log = 0.5f64.ln();
     let cn = -2.0 * log * (KN * 0.5 * mass / (PI * PI + log * log)).sqrt();
     let contact = Contact { kn: KN, kt: KN * 2.0 / 7.0, cn, ct: 0.5 * cn, friction: 0.5 };
+    let material = Material { name: "grain".to_owned(), density: DENSITY };
+    let plan = Plan { step: STEP, insist: true, ..Plan::new(Scheme::Leapfrog) };
     Model {
         title: title.to_owned(),
-        dimension,
         seed: 1,
-        bodies: Vec::new(),
-        spheres: Vec::new(),
-        bonds: Vec::new(),
-        springs: Vec::new(),
-        arrivals: Vec::new(),
-        decks: Default::default(),
-        extra: Default::default(),
-        mutual: None,
-        materials: vec![Material { name: "grain".to_owned(), density: DENSITY }],
-        contacts: ContactTable::uniform(1, contact),
-        walls: Vec::new(),
         gravity: match dimension {
             Dimension::Two => -Vec3::y() * 9.81,
             Dimension::Three => -Vec3::z() * 9.81,
         },
-        local_damping: 0.0,
-        periodic: None,
-        domain: Bounds { low: Vec3::repeat(-1.0), high: Vec3::repeat(1.0) },
-        plan: Plan {
-            step: STEP,
-            reason: StepReason::Given,
-            steps: 0,
-            frame_every: 1_000_000_000,
-            series_every: 1_000_000_000,
-            checkpoint_every: 0,
-            zero_every: 0,
-            zero_until: 0,
-            scheme: Scheme::Leapfrog,
-            law: Scheme::Leapfrog.law(),
-            insist: true,
-            guard: Default::default(),
-        },
+        ..Model::empty(dimension, material, contact, plan)
     }
 }
 
@@ -143,11 +117,7 @@ pub fn sphere_mass() -> f64 {
 }
 
 fn add_sphere(model: &mut Model, place: Vec3, velocity: Vec3) {
-    let index = model.bodies.len() as u32;
-    let mut body = Body::sphere(model.dimension, place, RADIUS, DENSITY, 0, index);
-    body.velocity = velocity;
-    model.spheres.push(Sphere { offset: Vec3::zeros(), radius: RADIUS, body: index });
-    model.bodies.push(body);
+    model.add_sphere(place, RADIUS, DENSITY, 0).velocity = velocity;
 }
 
 fn plane(model: &mut Model, axis: usize, at: f64, side: f64) {

@@ -11,7 +11,7 @@ const STYLES: Styles = Styles::styled()
     .placeholder(AnsiColor::Cyan.on_default());
 
 /// Prepare, run and check discrete element simulations: one scene file in;
-/// random grains, clumps, a packing, a reference DEM run, LIGGGHTS and YADE decks,
+/// random grains, clumps, a packing, a run of its own DEM, LIGGGHTS, YADE and LAMMPS decks,
 /// and a report of how far the solvers agree out.
 #[derive(Debug, Parser)]
 #[command(name = "riprap", version, styles = STYLES, max_term_width = 100, after_help = "Examples:
@@ -19,7 +19,7 @@ const STYLES: Styles = Styles::styled()
   riprap new spheres-box work       a scene to start from
   riprap check work/scene.toml      judge it without running anything
   riprap run work/scene.toml        grains, clumps, packing, DEM
-  riprap compare work/scene.toml    the same in LIGGGHTS and YADE, with a report
+  riprap compare work/scene.toml    the same in the installed solvers, with a report
 
 Exit codes: 0 done; 1 the work failed or a comparison is outside its tolerance;
 2 the input is wrong; 3 an outside solver is missing or failed.")]

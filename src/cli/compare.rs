@@ -4,7 +4,7 @@ use super::arguments::Compare;
 use super::export::named;
 use super::{Ending, Screen};
 use crate::report::compare::Comparison;
-use crate::scene::comparing::Compared;
+use crate::scene::compared::Compared;
 use crate::scene::road::Road;
 use crate::solver::{self, Solver};
 use crate::study;

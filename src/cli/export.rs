@@ -3,7 +3,7 @@
 use super::arguments::Export;
 use super::{Ending, Screen};
 use crate::scene::road::Road;
-use crate::solver::{self, LimitKind, Solver};
+use crate::solver::{self, Solver};
 use serde_json::json;
 
 pub fn export(arguments: &Export, screen: &Screen) -> Result<(), Ending> {
@@ -14,14 +14,10 @@ pub fn export(arguments: &Export, screen: &Screen) -> Result<(), Ending> {
     let mut text = String::new();
     let mut written = Vec::new();
     for solver in solvers {
-        let limits = solver.limits(&built.model);
-        if let Some(refused) = limits.iter().find(|limit| limit.kind == LimitKind::Refused) {
-            return Err(Ending::Work(format!(
-                "{} cannot run this scene: {}",
-                solver.name(),
-                refused.what
-            )));
+        if let Some(refusal) = solver.refusal(&built.model) {
+            return Err(Ending::Work(refusal.of(solver)));
         }
+        let limits = solver.limits(&built.model);
         for limit in &limits {
             screen.say(&format!("note: {}: {}", solver.name(), limit.what));
         }

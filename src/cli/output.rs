@@ -146,11 +146,6 @@ impl Screen {
         self.job.clone()
     }
 
-    /// True if results are wanted as JSON.
-    pub fn wants_json(&self) -> bool {
-        self.json
-    }
-
     /// A message on standard error, unless quiet.
     pub fn say(&self, message: &str) {
         self.bar.finished(message);

@@ -16,7 +16,7 @@
 use super::ClumpError;
 use super::patches::Patches;
 use super::pieces::largest_piece;
-use super::reproduce::{Found, Target};
+use super::target::{Found, Target};
 use crate::geometry::Ball;
 use crate::num::random::{Stream, uniform};
 use crate::num::{Fault, Job, MethodEntry, Vec3};

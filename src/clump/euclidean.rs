@@ -13,7 +13,7 @@
 
 use super::ClumpError;
 use super::pieces::largest_piece;
-use super::reproduce::{Found, Target};
+use super::target::{Found, Target};
 use super::voxels::Voxels;
 use crate::geometry::Ball;
 use crate::num::{Fault, Job, MethodEntry};

@@ -12,7 +12,7 @@
 //! moments are exact, so nothing depends on how the solid is turned.
 //! Cost O(points · (log triangles + spheres)).
 
-use super::reproduce::Target;
+use super::target::Target;
 use super::{ClumpError, Fidelity};
 use crate::geometry::distance::sample_surface;
 use crate::geometry::{Ball, SurfacePoint, Visible, united};

@@ -20,10 +20,11 @@ use super::ClumpError;
 use super::cover;
 use super::fidelity::distances;
 use super::hollows::{farthest, filled};
+use super::maximal::{FREE, Maximal, depth_to_cover, inner_points};
 use super::patches::Patches;
 use super::pieces;
-use super::refine::{Fit, Refiner};
-use super::reproduce::{Found, Target};
+use super::refine::{Fit, Refiner, SWEEPS, TRIAL_SWEEPS};
+use super::target::{Found, Target};
 use crate::geometry::{Ball, united};
 use crate::num::{Fault, Job, MethodEntry, Vec3};
 use schemars::JsonSchema;
@@ -44,17 +45,8 @@ const COARSE: (f64, f64, f64) = (12.0, 800.0, 2400.0);
 const FINE: (f64, f64, f64) = (70.0, 2000.0, 20_000.0);
 /// Candidate balls a sphere, and the fewest and most of them.
 const CANDIDATES: (f64, f64, f64) = (45.0, 450.0, 900.0);
-/// Sweeps of a full and of a trial refinement.
-pub(super) const SWEEPS: usize = 40;
-const TRIAL_SWEEPS: usize = 10;
-/// How far a sphere may stick out where nothing else is said.
-const FREE: f64 = 0.12;
-/// Inner points over one equivalent diameter.
-const GRID: f64 = 12.0;
 /// Weight of points inside a sphere where spheres may not stick out freely.
 const INWARD: f64 = 8.0;
-/// What lies between two points of the coarse set sticks out by less than this.
-const UNSEEN: f64 = 0.02;
 /// Distance of a surface point from all spheres from which on much is left bare.
 const BARE: f64 = 0.2;
 /// Surface points each way when the error is compared with its target.
@@ -209,75 +201,81 @@ impl Fitted {
     fn fit(&self, target: &Target, count: usize, job: &Job) -> Result<Made, ClumpError> {
         let mesh = &target.solid.mesh;
         let diameter = target.diameter;
-        let smallest = self.smallest * diameter;
-        let widest = mesh.bounds().diagonal() / 2.0;
         let points = |(each, fewest, most): (f64, f64, f64)| {
             (each * count as f64).clamp(fewest, most) as usize
         };
         let mut coarse = Patches::new(mesh, points(COARSE));
-        let stride = coarse.points.len().div_ceil(points(CANDIDATES));
-        let at_most = self.protrusion.unwrap_or(f64::INFINITY);
-        let mut allowed = (0.4 / count as f64).clamp(0.002, 0.03).min(at_most) * diameter;
-        // Even free spheres are held back: far off the surface there are no points to see them.
-        let most = self.protrusion.unwrap_or(FREE) * diameter;
-        let limit = |centre: &Vec3| most - target.distance.at(centre);
-        let maximal = |coarse: &Patches, allowed: f64| {
-            // Free spheres stick out by `allowed` and what lies between two points, which is
-            // less; but where the solid is thinner than that nothing stopped them.
-            let hold = |point: &Vec3, normal: &Vec3, radius: f64| {
-                let out = |radius: f64| radius + target.distance.at(&(point - normal * radius));
-                match self.protrusion {
-                    None if out(radius) > 2.0 * allowed + UNSEEN * diameter => {
-                        largest_below(out, radius, allowed)
-                    }
-                    _ => radius,
-                }
-            };
-            let mut balls =
-                cover::candidates_held(coarse, stride, allowed, smallest, widest, &hold);
-            if self.protrusion.is_some() {
-                balls.iter_mut().for_each(|b| b.radius = b.radius.min(limit(&b.centre)));
-            }
-            balls.retain(|ball| ball.radius >= smallest);
-            balls
+        let maximal = Maximal {
+            target,
+            protrusion: self.protrusion,
+            smallest: self.smallest * diameter,
+            stride: coarse.points.len().div_ceil(points(CANDIDATES)),
         };
-        let mut candidates = maximal(&coarse, allowed);
+        let at_most = self.protrusion.unwrap_or(f64::INFINITY);
+        let allowed = (0.4 / count as f64).clamp(0.002, 0.03).min(at_most) * diameter;
+        let candidates = maximal.balls(&coarse, allowed);
         let deep = depth_to_cover(&candidates, count);
         let inner = inner_points(&candidates, diameter, deep);
         coarse.add_inner(inner.clone(), 0.0);
         let mut fine = Patches::new(mesh, points(FINE));
         fine.add_inner(inner, 0.0);
+        let limit = |centre: &Vec3| maximal.limit(centre);
         let refiner = Refiner {
             patches: &fine,
             scouts: &coarse,
             power: self.power,
             inner_weight: if self.protrusion.is_none() { 1.0 } else { INWARD },
-            smallest,
+            smallest: maximal.smallest,
             limit: &limit,
         };
-        let mut balls = cover::greedy(&coarse, &candidates, Vec::new(), count);
+        let balls = cover::greedy(&coarse, &candidates, Vec::new(), count);
         if balls.is_empty() {
-            return Err(ClumpError::NoSphere {
-                name: target.solid.name.clone(),
-                advice: match self.protrusion {
-                    None => {
-                        "it is thinner than its smallest sphere: lower `smallest` of `clump.fitted` in a scene"
-                    }
-                    Some(_) => "lower `smallest`, or raise `protrusion` or leave it out",
-                },
-            });
+            return Err(self.no_sphere(target));
         }
+        let (balls, candidates) =
+            self.covering(&maximal, &refiner, (balls, candidates), count, allowed, job)?;
+        job.report("spheres", balls.len() as u64, count as u64);
+        self.stop_if_asked(job)?;
+        let fit = refiner.sweeps(refiner.assign(balls), SWEEPS);
+        let fit = self.relocated(&refiner, fit, &candidates, job)?;
+        Ok(self.finished(&refiner, fit, target, deep))
+    }
+
+    fn no_sphere(&self, target: &Target) -> ClumpError {
+        ClumpError::NoSphere {
+            name: target.solid.name.clone(),
+            advice: match self.protrusion {
+                None => {
+                    "it is thinner than its smallest sphere: lower `smallest` of `clump.fitted` in a scene"
+                }
+                Some(_) => "lower `smallest`, or raise `protrusion` or leave it out",
+            },
+        }
+    }
+
+    /// `count` balls that cover the surface, or nearly as many, and the candidates that they are from; the first
+    /// ones, balls and candidates, stick out by `allowed` [m].
+    fn covering(
+        &self,
+        maximal: &Maximal,
+        refiner: &Refiner,
+        (mut balls, mut candidates): (Vec<Ball>, Vec<Ball>),
+        count: usize,
+        mut allowed: f64,
+        job: &Job,
+    ) -> Result<(Vec<Ball>, Vec<Ball>), ClumpError> {
+        let (coarse, diameter) = (refiner.scouts, maximal.target.diameter);
         // Inner balls of a plate or blade are small, and so far apart that they may not even hang
         // together: where much is left bare, larger ones.
         let mut wider = allowed;
         while self.protrusion.is_none()
             && wider < FREE * diameter
-            && largest_gap(&coarse, &balls) > BARE * diameter
+            && largest_gap(coarse, &balls) > BARE * diameter
         {
             self.stop_if_asked(job)?;
             wider = (2.0 * wider).min(FREE * diameter);
-            let others = maximal(&coarse, wider);
-            let trial = cover::greedy(&coarse, &others, Vec::new(), count);
+            let others = maximal.balls(coarse, wider);
+            let trial = cover::greedy(coarse, &others, Vec::new(), count);
             if !trial.is_empty()
                 && refiner.assign(trial.clone()).cost < refiner.assign(balls.clone()).cost
             {
@@ -289,14 +287,10 @@ impl Fitted {
             self.stop_if_asked(job)?;
             allowed *= 0.2;
             let settled = refiner.sweeps(refiner.assign(balls), TRIAL_SWEEPS).balls;
-            candidates = maximal(&coarse, allowed);
-            balls = cover::greedy(&coarse, &candidates, settled, count);
+            candidates = maximal.balls(coarse, allowed);
+            balls = cover::greedy(coarse, &candidates, settled, count);
         }
-        job.report("spheres", balls.len() as u64, count as u64);
-        self.stop_if_asked(job)?;
-        let fit = refiner.sweeps(refiner.assign(balls), SWEEPS);
-        let fit = self.relocated(&refiner, fit, &candidates, job)?;
-        Ok(self.finished(&refiner, fit, target, deep))
+        Ok((balls, candidates))
     }
 
     /// `fit` with its hollows filled, or as it is where that is nearer once the volume is matched, which moves
@@ -366,78 +360,12 @@ impl Fitted {
     }
 }
 
-/// The largest radius below `radius` at which `out` is not above `allowed`, to a thousandth;
-/// `out` rises, and is zero at a radius of zero.
-fn largest_below(out: impl Fn(f64) -> f64, radius: f64, allowed: f64) -> f64 {
-    let (mut low, mut high) = (0.0, radius);
-    for _ in 0..24 {
-        let middle = 0.5 * (low + high);
-        if out(middle) <= allowed {
-            low = middle
-        } else {
-            high = middle
-        }
-        if high - low < 1e-3 * low {
-            break;
-        }
-    }
-    low
-}
-
 /// Distance of the surface point that is farthest outside all spheres, m.
 fn largest_gap(patches: &Patches, balls: &[Ball]) -> f64 {
     let gap = |point: &Vec3| {
         balls.iter().map(|b| (point - b.centre).norm() - b.radius).fold(f64::INFINITY, f64::min)
     };
     patches.points[..patches.normals.len()].iter().map(gap).fold(0.0, f64::max)
-}
-
-/// Deeper inside than this a fit of `count` spheres leaves no gaps at edges, m.
-fn depth_to_cover(candidates: &[Ball], count: usize) -> f64 {
-    let widest = candidates.iter().map(|b| b.radius).fold(0.0, f64::max);
-    widest * 0.35 * (20.0 / count as f64).sqrt().min(1.0)
-}
-
-/// Nodes of a grid deeper inside than `least`: a lower bound of the depth is what the maximal
-/// balls around a node leave to their surface.
-fn inner_points(candidates: &[Ball], diameter: f64, least: f64) -> Vec<Vec3> {
-    let bounds = united::around(candidates);
-    let spacing = diameter / GRID;
-    let steps = (bounds.size() / spacing).map(|s| s.ceil().clamp(0.0, 200.0) as usize);
-    let mut is_deep = vec![false; (steps.x + 1) * (steps.y + 1) * (steps.z + 1)];
-    let place = |i: usize, j: usize, k: usize| {
-        bounds.low + Vec3::new(i as f64, j as f64, k as f64) * spacing
-    };
-    for ball in candidates.iter().filter(|ball| ball.radius > least) {
-        let reach = ball.radius - least;
-        let range = |axis: usize| {
-            let at = (ball.centre[axis] - bounds.low[axis]) / spacing;
-            // A node more than needed on either side costs nothing and forgives rounding.
-            (at - reach / spacing).floor().max(0.0) as usize
-                ..=((at + reach / spacing).ceil().max(0.0) as usize).min(steps[axis])
-        };
-        for i in range(0) {
-            for j in range(1) {
-                for k in range(2) {
-                    let offset = place(i, j, k) - ball.centre;
-                    if offset.norm_squared() < reach * reach {
-                        is_deep[(i * (steps.y + 1) + j) * (steps.z + 1) + k] = true;
-                    }
-                }
-            }
-        }
-    }
-    let mut points = Vec::new();
-    for i in 0..=steps.x {
-        for j in 0..=steps.y {
-            for k in 0..=steps.z {
-                if is_deep[(i * (steps.y + 1) + j) * (steps.z + 1) + k] {
-                    points.push(place(i, j, k));
-                }
-            }
-        }
-    }
-    points
 }
 
 /// Spheres of a clump, and whether the union has the volume of the solid, where that was wanted.

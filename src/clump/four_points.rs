@@ -18,7 +18,7 @@ use super::ClumpError;
 use super::cover::greedy;
 use super::patches::Patches;
 use super::pieces::largest_piece;
-use super::reproduce::{Found, Target};
+use super::target::{Found, Target};
 use crate::geometry::Ball;
 use crate::num::random::{Stream, uniform, whole};
 use crate::num::{Fault, Job, Mat3, MethodEntry, Vec3};

@@ -7,9 +7,8 @@
 //! elsewhere then: one sphere is taken inside for them. What lowers the largest distance for little
 //! stays. Cost: some refinements ([`super::refine`]) where there are hollows, else one look at all creases.
 
-use super::fitted::SWEEPS;
-use super::refine::{Fit, Refiner, one_piece};
-use super::reproduce::Target;
+use super::refine::{Fit, Refiner, SWEEPS, one_piece};
+use super::target::Target;
 use crate::geometry::{Ball, Visible};
 use crate::num::Vec3;
 

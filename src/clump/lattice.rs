@@ -9,7 +9,7 @@
 //! What moduli bonds give such a lattice is in [`Lattice::stiffness`].
 
 use super::ClumpError;
-use super::reproduce::{Found, Target};
+use super::target::{Found, Target};
 use crate::geometry::Ball;
 use crate::num::{Fault, Job, MethodEntry, Vec3};
 use schemars::JsonSchema;

@@ -17,6 +17,7 @@ mod four_points;
 mod hollows;
 mod ladder;
 mod lattice;
+mod maximal;
 mod nodes;
 mod normals;
 mod patches;
@@ -24,6 +25,7 @@ mod pieces;
 mod refine;
 mod replaced;
 mod reproduce;
+mod target;
 mod voxels;
 
 pub use axial::{Axial, Girth};

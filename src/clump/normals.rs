@@ -26,7 +26,7 @@
 
 use super::ClumpError;
 use super::pieces::joined;
-use super::reproduce::{Found, Target};
+use super::target::{Found, Target};
 use crate::geometry::distance::sample_surface;
 use crate::geometry::{Ball, SurfacePoint};
 use crate::num::random::{Stream, whole};

@@ -27,6 +27,9 @@ use nalgebra::{Matrix4, Vector4};
 const VOID: f64 = 50.0;
 /// Trials in a row without success before relocation ends.
 const PATIENCE: usize = 5;
+/// Sweeps of a full and of a trial refinement.
+pub(super) const SWEEPS: usize = 40;
+pub(super) const TRIAL_SWEEPS: usize = 10;
 /// An improvement by less than this share is none.
 const WORTH: f64 = 1e-3;
 

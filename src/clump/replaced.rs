@@ -14,7 +14,7 @@
 
 use super::ClumpError;
 use super::pieces::largest_piece;
-use super::reproduce::{Found, Target};
+use super::target::{Found, Target};
 use crate::geometry::Ball;
 use crate::num::{Fault, Job, MethodEntry, Vec3};
 use schemars::JsonSchema;

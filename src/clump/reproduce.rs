@@ -1,11 +1,12 @@
 //! From a solid to a clump: the method finds spheres, the rest is the same for all.
 
 use super::fidelity::{POINTS, compare};
+use super::target::{Found, Target};
 use super::{
     Axial, Clump, ClumpError, Dynamic, Euclidean, Fitted, FourPoints, Lattice, Nodes, Normals,
     Replaced,
 };
-use crate::geometry::{Ball, MassProperties, SignedDistance, united};
+use crate::geometry::{Ball, MassProperties, united};
 use crate::num::random::{Stream, stream};
 use crate::num::{Fault, Job};
 use crate::shape::Solid;
@@ -47,29 +48,6 @@ pub enum MassSource {
     Union,
     /// The union of its spheres, its density corrected so that the mass is that of the solid.
     Corrected,
-}
-
-/// A solid prepared for fitting.
-pub(super) struct Target<'a> {
-    pub solid: &'a Solid,
-    pub distance: SignedDistance,
-    /// Equivalent-volume diameter, m.
-    pub diameter: f64,
-}
-
-impl<'a> Target<'a> {
-    pub fn new(solid: &'a Solid) -> Result<Self, ClumpError> {
-        let distance = SignedDistance::new(&solid.mesh)
-            .map_err(|source| ClumpError::Surface { name: solid.name.clone(), source })?;
-        Ok(Self { solid, distance, diameter: solid.mass.equivalent_diameter() })
-    }
-}
-
-/// What a method hands back: at least one sphere, in the frame of the solid, and
-/// one line that says how they were found.
-pub(super) struct Found {
-    pub balls: Vec<Ball>,
-    pub note: String,
 }
 
 impl Method {
@@ -211,6 +189,7 @@ pub(super) mod tests {
     use super::super::{Order, Place, measure, pieces};
     use super::*;
     use crate::geometry::Mesh;
+    use crate::geometry::SignedDistance;
     use crate::geometry::samples::{box_mesh, ellipsoid_mesh, icosphere, l_mesh, random_star};
     use crate::num::{Mat3, Rotation, Vec3};
 

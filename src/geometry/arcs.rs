@@ -6,24 +6,12 @@ use std::f64::consts::TAU;
 #[derive(Debug, Clone, Default)]
 pub struct Cover {
     covered: Vec<(f64, f64)>,
-    whole: bool,
 }
 
 impl Cover {
     /// Forgets everything, keeps the memory.
     pub fn clear(&mut self) {
         self.covered.clear();
-        self.whole = false;
-    }
-
-    /// Covers the whole circle.
-    pub fn cover_all(&mut self) {
-        self.whole = true;
-    }
-
-    /// True if the whole circle was covered at once.
-    pub fn is_whole(&self) -> bool {
-        self.whole
     }
 
     /// Covers the angles within `half` of `middle`; `half` from 0 to π.
@@ -41,9 +29,6 @@ impl Cover {
     /// Calls `free(from, to)` for each uncovered arc, 0 ≤ from < to ≤ 2π; an arc
     /// that runs through the angle 0 comes in two parts.
     pub fn each_free(&mut self, mut free: impl FnMut(f64, f64)) {
-        if self.whole {
-            return;
-        }
         self.covered.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         let mut reached = 0.0;
         for &(from, to) in &self.covered {
@@ -81,7 +66,7 @@ mod tests {
         cover.cover(4.0, 0.1);
         let total: f64 = free(&mut cover).iter().map(|(from, to)| to - from).sum();
         assert!((total - (TAU - 1.0 - 1.3 - 0.2)).abs() < 1e-12);
-        cover.cover_all();
+        cover.cover(2.0, std::f64::consts::PI);
         assert!(free(&mut cover).is_empty());
     }
 }

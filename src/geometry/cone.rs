@@ -3,7 +3,7 @@
 //! the facets is the distance to the wall; O(1) a query, because the nearest facet is the
 //! one that the point looks at.
 
-use super::region::{Surface, plane};
+use super::surface::{Surface, plane};
 use super::{Bounds, Mesh};
 use crate::num::Vec3;
 use std::f64::consts::{PI, TAU};

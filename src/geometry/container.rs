@@ -77,7 +77,8 @@ pub struct CylinderContainer {
     pub open: Vec<Side>,
 }
 
-fn default_segments() -> u32 {
+/// Facets of a round wall where nothing else is said.
+pub(super) fn default_segments() -> u32 {
     64
 }
 

@@ -3,7 +3,8 @@
 //! Clearance: the least of that of the region and the signed distances to the holes. Volume: that of the
 //! union with all holes less that of the holes, so holes may reach through the walls.
 
-use super::region::{Region, Surface};
+use super::region::Region;
+use super::surface::Surface;
 use super::{Collider, Mesh, SignedDistance, union};
 use crate::num::{Fault, Rotation, Vec3};
 use std::fmt;

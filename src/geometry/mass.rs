@@ -40,15 +40,6 @@ impl MassProperties {
     pub fn equivalent_diameter(&self) -> f64 {
         (6.0 * self.volume / std::f64::consts::PI).cbrt()
     }
-
-    /// The same body scaled by `factor` about the origin.
-    pub fn scaled(&self, factor: f64) -> Self {
-        Self {
-            volume: self.volume * factor.powi(3),
-            centroid: self.centroid * factor,
-            inertia: self.inertia * factor.powi(5),
-        }
-    }
 }
 
 #[cfg(test)]

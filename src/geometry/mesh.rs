@@ -75,29 +75,12 @@ impl Mesh {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::samples::box_mesh;
 
     /// Box of edges 1, 2, 3 with its low corner at `corner`.
     fn cuboid(corner: Vec3) -> Mesh {
-        let vertices = (0..8)
-            .map(|i| {
-                corner + Vec3::new((i & 1) as f64, 2.0 * (i >> 1 & 1) as f64, 3.0 * (i >> 2) as f64)
-            })
-            .collect();
-        let triangles = vec![
-            [0, 2, 1],
-            [1, 2, 3],
-            [4, 5, 6],
-            [5, 7, 6],
-            [0, 1, 4],
-            [1, 5, 4],
-            [2, 6, 3],
-            [3, 6, 7],
-            [0, 4, 2],
-            [2, 4, 6],
-            [1, 3, 5],
-            [3, 7, 5],
-        ];
-        Mesh { vertices, triangles }
+        let edges = Vec3::new(1.0, 2.0, 3.0);
+        box_mesh(edges).mapped(|vertex| vertex + corner + 0.5 * edges)
     }
 
     #[test]

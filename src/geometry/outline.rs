@@ -3,7 +3,7 @@
 //! Distance to the nearest side, inside or outside by the parity of crossings; O(corners) a query.
 //! The walls of a run are the sides, 1 m wide along z like all of a two-dimensional scene.
 
-use super::region::Surface;
+use super::surface::Surface;
 use super::{Bounds, Mesh};
 use crate::num::{Fault, Vec3};
 
@@ -207,11 +207,6 @@ impl OutlineRegion {
     /// The outer loop.
     pub fn outer(&self) -> &Loop {
         &self.loops[0]
-    }
-
-    /// How many holes.
-    pub fn holes(&self) -> usize {
-        self.loops.len() - 1
     }
 }
 

@@ -11,6 +11,7 @@ use super::cone::ConeRegion;
 use super::hollow::HollowRegion;
 use super::outline::OutlineRegion;
 use super::primitive::Primitive;
+use super::surface::{Surface, plane};
 use super::{Bounds, Cell, Collider, Mesh, SignedDistance};
 use crate::num::random::{Stream, uniform};
 use crate::num::{Fault, Rotation, Vec3};
@@ -85,20 +86,6 @@ pub struct SolidRoom<'a> {
     holes: Vec<Collider>,
     /// A vertex of each connected part of the boundary: a solid must not swallow a part whole.
     parts: Vec<Vec3>,
-}
-
-/// A surface that bodies touch.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Surface {
-    /// An infinite plane.
-    Plane {
-        /// A point on it, m.
-        point: Vec3,
-        /// Unit normal, towards the inside of the container.
-        normal: Vec3,
-    },
-    /// Triangles, facing away from the inside of the container.
-    Mesh(Mesh),
 }
 
 impl Region {
@@ -302,13 +289,6 @@ fn one_of_each_part(mesh: &Mesh) -> Vec<Vec3> {
     first.into_iter().map(|vertex| mesh.vertices[vertex]).collect()
 }
 
-pub(super) fn plane(axis: usize, high: bool, point: Vec3) -> (String, Surface) {
-    let mut normal = Vec3::zeros();
-    normal[axis] = if high { -1.0 } else { 1.0 };
-    let name = format!("{}_{}", ["x", "y", "z"][axis], if high { "high" } else { "low" });
-    (name, Surface::Plane { point, normal })
-}
-
 impl Rectangle {
     fn clearance(&self, point: &Vec3, counts: impl Fn(usize, bool) -> bool) -> f64 {
         let mut least = f64::INFINITY;
@@ -408,11 +388,6 @@ impl MeshRegion {
         let distance = SignedDistance::new(&mesh).map_err(|error| wrong(error.to_string()))?;
         let volume = mesh.mass_properties().volume;
         Ok(Self { mesh, distance, volume })
-    }
-
-    /// The surface, m.
-    pub fn mesh(&self) -> &Mesh {
-        &self.mesh
     }
 }
 

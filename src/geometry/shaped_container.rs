@@ -2,7 +2,7 @@
 
 use super::Mesh;
 use super::cone::ConeRegion;
-use super::container::{Axis, Container, Side, finite};
+use super::container::{Axis, Container, Side, default_segments, finite};
 use super::hollow::HollowRegion;
 use super::outline::{Loop, OutlineRegion};
 use super::primitive::Primitive;
@@ -52,10 +52,6 @@ pub struct ConeContainer {
     /// Ends without a wall; packing methods keep grains inside all the same. Default none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub open: Vec<Side>,
-}
-
-fn default_segments() -> u32 {
-    64
 }
 
 /// Straight sides at any angles; two dimensions only.
@@ -244,7 +240,7 @@ fn outline(region: &Region) -> Loop {
 
 #[cfg(test)]
 mod tests {
-    use super::super::region::Surface;
+    use super::super::surface::Surface;
     use super::*;
     use crate::num::random::{stream, uniform};
 

@@ -67,26 +67,6 @@ pub fn balls(balls: &[Ball], panels: usize) -> United {
     United { mass: fine.properties(&shift), error }
 }
 
-/// Exact mass properties of the union of `discs` in the plane z = 0, one metre
-/// thick: volume = area × 1 m; inertia with the thickness left out
-/// (I_xx = ∫y², I_yy = ∫x², I_zz their sum). Heights of the centres are ignored.
-pub fn discs(discs: &[Ball]) -> MassProperties {
-    let bounds = around(discs);
-    if discs.is_empty() || bounds.size().x <= 0.0 {
-        return nothing();
-    }
-    let shift = Vec3::new(bounds.centre().x, bounds.centre().y, 0.0);
-    let mut plane = Plane::default();
-    plane.discs.extend(discs.iter().map(|d| Disc {
-        a: d.centre.x - shift.x,
-        b: d.centre.y - shift.y,
-        r: d.radius,
-    }));
-    let mut space = Space::default();
-    space.add(&plane.moments(), 0.0, 1.0);
-    space.properties(&shift)
-}
-
 fn nothing() -> MassProperties {
     MassProperties { volume: 0.0, centroid: Vec3::zeros(), inertia: Mat3::zeros() }
 }
@@ -409,6 +389,26 @@ mod tests {
         let fraction = balls(&cloud, PANELS).mass.volume / (size.x * size.y * size.z);
         // Four standard errors of a share near one half.
         assert!((hits as f64 / tries as f64 - fraction).abs() < 4.0 * 0.5 / (tries as f64).sqrt());
+    }
+
+    /// Exact mass properties of the union of `discs` in the plane z = 0, one metre
+    /// thick: volume = area × 1 m; inertia with the thickness left out
+    /// (I_xx = ∫y², I_yy = ∫x², I_zz their sum). Heights of the centres are ignored.
+    fn discs(discs: &[Ball]) -> MassProperties {
+        let bounds = around(discs);
+        if discs.is_empty() || bounds.size().x <= 0.0 {
+            return nothing();
+        }
+        let shift = Vec3::new(bounds.centre().x, bounds.centre().y, 0.0);
+        let mut plane = Plane::default();
+        plane.discs.extend(discs.iter().map(|d| Disc {
+            a: d.centre.x - shift.x,
+            b: d.centre.y - shift.y,
+            r: d.radius,
+        }));
+        let mut space = Space::default();
+        space.add(&plane.moments(), 0.0, 1.0);
+        space.properties(&shift)
     }
 
     #[test]

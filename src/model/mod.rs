@@ -104,6 +104,46 @@ pub struct Model {
 }
 
 impl Model {
+    /// No bodies, walls or gravity; one material in the cube from −1 m to 1 m.
+    pub fn empty(dimension: Dimension, material: Material, contact: Contact, plan: Plan) -> Self {
+        Self {
+            title: String::new(),
+            dimension,
+            seed: 0,
+            bodies: Vec::new(),
+            spheres: Vec::new(),
+            bonds: Vec::new(),
+            materials: vec![material],
+            contacts: ContactTable::uniform(1, contact),
+            extra: Extra::default(),
+            walls: Vec::new(),
+            gravity: Vec3::zeros(),
+            mutual: None,
+            local_damping: 0.0,
+            domain: Bounds { low: Vec3::repeat(-1.0), high: Vec3::repeat(1.0) },
+            periodic: None,
+            plan,
+            springs: Vec::new(),
+            arrivals: Vec::new(),
+            decks: Decks::default(),
+        }
+    }
+
+    /// Adds a body that is one sphere (a disc in two dimensions) of `radius` [m] and `density`
+    /// [kg/m³] at `place` [m], at rest; its velocities can be set on what is given back.
+    pub fn add_sphere(
+        &mut self,
+        place: Vec3,
+        radius: f64,
+        density: f64,
+        material: u16,
+    ) -> &mut Body {
+        let (index, first) = (self.bodies.len(), self.spheres.len() as u32);
+        self.spheres.push(Sphere { offset: Vec3::zeros(), radius, body: index as u32 });
+        self.bodies.push(Body::sphere(self.dimension, place, radius, density, material, first));
+        &mut self.bodies[index]
+    }
+
     /// What this scene needs; the only place that decides it.
     pub fn needs(&self) -> Needs {
         Needs::of(self)
@@ -113,6 +153,16 @@ impl Model {
     pub fn spheres_of(&self, index: usize) -> &[Sphere] {
         let body = &self.bodies[index];
         &self.spheres[body.first_sphere as usize..][..body.sphere_count as usize]
+    }
+
+    /// Radius of the smallest sphere, m; infinite without spheres.
+    pub fn smallest_radius(&self) -> f64 {
+        self.spheres.iter().map(|sphere| sphere.radius).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Radius of the largest sphere, m; 0 without spheres.
+    pub fn largest_radius(&self) -> f64 {
+        self.spheres.iter().map(|sphere| sphere.radius).fold(0.0, f64::max)
     }
 
     /// Index of the first body that is not there from the start.

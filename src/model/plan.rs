@@ -238,6 +238,24 @@ impl Default for Guard {
 }
 
 impl Plan {
+    /// `scheme` with its own law; step and number of steps still 0, frames and rows at start and end only.
+    pub fn new(scheme: Scheme) -> Self {
+        Self {
+            step: 0.0,
+            reason: StepReason::Given,
+            steps: 0,
+            frame_every: u64::MAX,
+            series_every: u64::MAX,
+            checkpoint_every: 0,
+            scheme,
+            law: scheme.law(),
+            zero_every: 0,
+            zero_until: 0,
+            insist: false,
+            guard: Guard::default(),
+        }
+    }
+
     /// Simulated time, s.
     pub fn duration(&self) -> f64 {
         self.step * self.steps as f64

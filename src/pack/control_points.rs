@@ -167,8 +167,7 @@ impl ControlPoints {
         let dimension = region.dimension();
         let forms = Forms::fitting(grains, self.test, region, "control_points")?;
         if grains.is_empty() {
-            let outcome = "no grain was asked for".to_owned();
-            return Ok(Laid { placements: Vec::new(), dropped: Vec::new(), outcome });
+            return Ok(Laid::nothing());
         }
         let (points, covering, distance) = self.prepared(&forms, dimension, seed)?;
         let reach = points.iter().map(|points| points.radius).fold(0.0, f64::max);

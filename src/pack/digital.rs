@@ -102,8 +102,7 @@ impl Digital {
         let dimension = region.dimension();
         let forms = Forms::fitting(grains, self.test, region, "digital")?;
         if grains.is_empty() {
-            let outcome = "no grain was asked for".to_owned();
-            return Ok(Laid { placements: Vec::new(), dropped: Vec::new(), outcome });
+            return Ok(Laid::nothing());
         }
         let edge = Lattice::edge(region, forms.smallest() / f64::from(self.cells));
         let needed = Lattice::cells_needed(region, edge);

@@ -31,32 +31,32 @@ pub fn by_rank(
     let ball_order = falling(&|i| balls[i].radius, balls.len());
     let pairs: Vec<(usize, Ball)> =
         grain_order.iter().zip(&ball_order).map(|(&g, &b)| (g, balls[b])).collect();
-    let dropped = grain_order[pairs.len()..].iter().map(|&grain| grain as u32).collect();
-    laid(grains, &wanted, &pairs, dropped, dimension, turn, seed, why)
+    laid(grains, &pairs, dimension, turn, seed, why)
 }
 
-/// Grain `balls[i].0` in ball `balls[i].1`.
-#[allow(clippy::too_many_arguments)]
+/// Grain `balls[i].0` in ball `balls[i].1`; grains without a ball are dropped.
 pub fn laid(
     grains: &[Grain],
-    wanted: &[f64],
     balls: &[(usize, Ball)],
-    dropped: Vec<u32>,
     dimension: usize,
     turn: Turn,
     seed: u64,
     why: &str,
 ) -> Laid {
     let mut placements = Vec::with_capacity(balls.len());
+    let mut is_placed = vec![false; grains.len()];
     for &(grain, ball) in balls {
+        is_placed[grain] = true;
         let mut source = stream(seed, "pack.turn", grain as u64);
         let turned = turn.draw(&grains[grain], dimension, &mut source);
         let mut laid = placement(grain, (ball.centre, turned), Vec3::zeros());
-        let scale = ball.radius / wanted[grain];
+        let scale = ball.radius / clump_radius(&grains[grain]);
         // Rounding alone is no change of size.
         laid.scale = if (scale - 1.0).abs() < 1e-12 { 1.0 } else { scale };
         placements.push(laid);
     }
+    let dropped: Vec<u32> =
+        (0..grains.len() as u32).filter(|&grain| !is_placed[grain as usize]).collect();
     let without = match dropped.len() {
         0 => String::new(),
         count => format!(", {count} without a place"),

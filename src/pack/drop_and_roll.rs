@@ -14,6 +14,7 @@
 //! Cost about 50 steps a ball, each with one search for near balls. Memory O(balls). A grain that finds the way in
 //! blocked `tries` times is dropped. Small grains fall through gaps between others of more than 6.5 times their size.
 
+use super::occupied::clump_radius;
 use super::space::Space;
 use super::{Grain, Laid, Turn, dress};
 use crate::geometry::{Ball, BallGrid, Region};
@@ -93,14 +94,10 @@ impl DropAndRoll {
         seed: u64,
         job: &Job,
     ) -> Result<Laid, Fault> {
-        let wanted: Vec<f64> = grains.iter().map(super::occupied::clump_radius).collect();
+        let radii: Vec<f64> = grains.iter().map(clump_radius).collect();
         let space = Space::of(region);
-        let (found, unsettled) = self.settle(space, &wanted, seed, job);
-        let mut placed = vec![false; grains.len()];
-        found.iter().for_each(|(grain, _)| placed[*grain] = true);
-        let dropped: Vec<u32> =
-            (0..grains.len()).filter(|&g| !placed[g]).map(|g| g as u32).collect();
-        let mut why = match (job.is_cancelled(), dropped.is_empty()) {
+        let (found, unsettled) = self.settle(space, &radii, seed, job);
+        let mut why = match (job.is_cancelled(), found.len() == grains.len()) {
             (true, _) => "stopped before all had fallen".to_owned(),
             (_, true) => "all grains rest".to_owned(),
             (_, false) => {
@@ -110,8 +107,7 @@ impl DropAndRoll {
         if unsettled > 0 {
             why.push_str(&format!("; {unsettled} still rolled after {STEPS} steps"));
         }
-        let turn = self.orientation;
-        Ok(dress::laid(grains, &wanted, &found, dropped, space.dimension, turn, seed, &why))
+        Ok(dress::laid(grains, &found, space.dimension, self.orientation, seed, &why))
     }
 
     /// Balls of `radii` [m] that came to rest, each with its number, and how many still rolled.
@@ -467,11 +463,9 @@ fn descent(gravity: &Vec3, normals: &[Vec3], dimension: usize) -> Option<(Vec3, 
 
 #[cfg(test)]
 mod tests {
-    use super::super::samples::{brute_force, of, room, sphere};
+    use super::super::samples::{ball, brute_force, cylinder, of, room, sphere};
     use super::super::{Method, Packing, pack};
     use super::*;
-    use crate::geometry::region::{CylinderRegion, MeshRegion};
-    use crate::geometry::samples::icosphere;
 
     fn lay(count: usize, radius: f64, region: &Region, sticking: f64) -> (Packing, f64, f64) {
         let clumps = vec![sphere(radius, region.dimension()); count];
@@ -492,20 +486,11 @@ mod tests {
 
     #[test]
     fn beds_rest_on_three_contacts_a_ball_in_containers_of_all_kinds() {
-        let cylinder = Region::Cylinder(CylinderRegion {
-            base: Vec3::zeros(),
-            axis: 2,
-            radius: 0.5,
-            height: 1.0,
-            segments: 24,
-            open: [false; 2],
-        });
-        let ball = Region::Mesh(Box::new(MeshRegion::new(icosphere(2)).expect("closed")));
         let cases = [
             (room(&[1.0; 3]), 250, 0.06),
             (room(&[1.0; 2]), 250, 0.03),
-            (cylinder, 150, 0.07),
-            (ball, 60, 0.15),
+            (cylinder(), 150, 0.07),
+            (ball(), 60, 0.15),
         ];
         for (region, count, radius) in cases {
             let (packing, gap, wall) = lay(count, radius, &region, 0.0);

@@ -78,16 +78,14 @@ impl ExplosiveRepulsion {
         let calmed = soft.calm(self.rounds, self.calm, 0.1 * smallest, job);
         let mut relaxed = soft.relax(self.overlap, 1e-5, self.steps, job);
         relaxed.steps += calmed;
-        let (kept, escaped): (Vec<_>, Vec<_>) =
-            balls_of(&soft).into_iter().partition(|(_, ball)| space.clearance(&ball.centre) >= 0.0);
-        let dropped: Vec<u32> = escaped.iter().map(|(grain, _)| *grain as u32).collect();
+        let mut kept = balls_of(&soft);
+        kept.retain(|(_, ball)| space.clearance(&ball.centre) >= 0.0);
         let why = format!(
             "{}; {} escaped",
             ending(&soft, &relaxed, region, target.closest),
-            dropped.len()
+            grains.len() - kept.len()
         );
-        let turn = self.orientation;
-        Ok(dress::laid(grains, &target.wanted, &kept, dropped, space.dimension, turn, seed, &why))
+        Ok(dress::laid(grains, &kept, space.dimension, self.orientation, seed, &why))
     }
 }
 

@@ -12,6 +12,7 @@
 //! packing that shall carry load at once has to be grown by about half a per cent or compressed.
 //! Cost O(near pairs) a round, rounds ~ 0.13 / rate. Memory about 200 bytes a ball.
 
+use super::occupied::clump_radius;
 use super::pairs::Pairs;
 use super::space::Space;
 use super::target::{Target, ball_volume};
@@ -85,16 +86,13 @@ impl ForceBiased {
     ) -> Result<Laid, Fault> {
         let space = Space::of(region);
         // The densest packing has sizes of its own, so the wanted ones cannot be too large.
-        let (wanted, radii) = match self.sizes {
+        let radii: Vec<f64> = match self.sizes {
             Sizes::Wanted => {
-                let target = Target::of(grains, region, self.porosity)
-                    .map_err(|fault| fault.under("force_biased"))?;
-                (target.wanted, target.radii)
+                Target::of(grains, region, self.porosity)
+                    .map_err(|fault| fault.under("force_biased"))?
+                    .radii
             }
-            Sizes::Densest => {
-                let wanted: Vec<f64> = grains.iter().map(super::occupied::clump_radius).collect();
-                (wanted.clone(), wanted)
-            }
+            Sizes::Densest => grains.iter().map(clump_radius).collect(),
         };
         let enough = match self.sizes {
             Sizes::Wanted => 1.0,
@@ -123,8 +121,7 @@ impl ForceBiased {
             .map(|(centre, radius)| Ball { centre: *centre, radius: radius * shrink })
             .enumerate()
             .collect();
-        let turn = self.orientation;
-        Ok(dress::laid(grains, &wanted, &balls, Vec::new(), space.dimension, turn, seed, &why))
+        Ok(dress::laid(grains, &balls, space.dimension, self.orientation, seed, &why))
     }
 }
 
@@ -332,10 +329,9 @@ impl<'a> Rounds<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::samples::{brute_force, of, room, sphere};
+    use super::super::samples::{brute_force, cylinder, of, room, sphere};
     use super::super::{Method, pack};
     use super::*;
-    use crate::geometry::region::CylinderRegion;
 
     #[test]
     fn equal_spheres_come_near_random_close_packing() {
@@ -356,15 +352,7 @@ mod tests {
 
     #[test]
     fn wanted_sizes_are_kept_in_containers_of_all_kinds() {
-        let cylinder = Region::Cylinder(CylinderRegion {
-            base: Vec3::zeros(),
-            axis: 2,
-            radius: 0.5,
-            height: 1.0,
-            segments: 24,
-            open: [false; 2],
-        });
-        for region in [room(&[1.0; 3]), room(&[1.0; 2]), cylinder] {
+        for region in [room(&[1.0; 3]), room(&[1.0; 2]), cylinder()] {
             let clumps = vec![sphere(0.07, region.dimension()); 120];
             let grains = of(&clumps);
             let porosity = if region.dimension() == 2 { 0.35 } else { 0.55 };

@@ -124,9 +124,8 @@ impl MovingBoundary {
             "; walls moved by {} % of the container; solid fraction {beside:.3} beside them, {middle:.3} in the middle",
             way.join(", ")
         ));
-        let turn = self.orientation;
         let balls = balls_of(&pressed.soft);
-        Ok(dress::laid(grains, &target.wanted, &balls, Vec::new(), dimension, turn, seed, &why))
+        Ok(dress::laid(grains, &balls, dimension, self.orientation, seed, &why))
     }
 
     /// Balls of `radii` [m], which fill `fraction` of the box `space`, pressed into it by the walls
@@ -244,10 +243,9 @@ fn evenness(soft: &Soft, moves: &[[bool; 2]; 3], radii: &[f64]) -> (f64, f64) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::samples::{brute_force, of, room, sphere};
+    use super::super::samples::{brute_force, cylinder, of, room, sphere};
     use super::super::{Method, pack};
     use super::*;
-    use crate::geometry::region::CylinderRegion;
 
     #[test]
     fn walls_come_in_to_the_container_and_the_faults_are_told() {
@@ -272,17 +270,9 @@ mod tests {
 
     #[test]
     fn only_boxes_have_walls_that_move() {
-        let cylinder = Region::Cylinder(CylinderRegion {
-            base: Vec3::zeros(),
-            axis: 2,
-            radius: 0.5,
-            height: 1.0,
-            segments: 24,
-            open: [false; 2],
-        });
         let clumps = vec![sphere(0.07, 3); 5];
         let method = Method::MovingBoundary(MovingBoundary::default());
-        let refused = pack(&of(&clumps), &[], &cylinder, &method, 1, &Job::quiet());
+        let refused = pack(&of(&clumps), &[], &cylinder(), &method, 1, &Job::quiet());
         assert!(refused.expect_err("no box").to_string().contains("cannot move"));
     }
 }

@@ -9,7 +9,7 @@
 //! The core solid fraction is the share of random points inside a body, among those that
 //! keep two mean diameters from the walls and lie below three quarters of the centres (anywhere along an axis that repeats).
 
-use super::forms::{Form, Forms};
+use super::forms::{Form, Forms, Shaped};
 use super::random::Test;
 use super::{Grain, Placement};
 use crate::geometry::distance::sample_surface;
@@ -79,6 +79,9 @@ struct Ready {
 
 type Place = (Vec3, Rotation);
 
+/// A body: its form, made ready where it is a surface, and its place.
+type Side<'a> = (&'a Form, Option<&'a Ready>, &'a Place);
+
 /// Checks all near pairs of bodies and all bodies against the boundary.
 pub fn check(
     placements: &[Placement],
@@ -88,20 +91,10 @@ pub fn check(
     seed: u64,
 ) -> Report {
     let forms = Forms::new(grains, test, region.dimension());
-    let unit = forms.distinct.iter().map(|form| form.radius).fold(f64::MIN_POSITIVE, f64::max);
-    let ready: Vec<Option<Ready>> = forms
-        .distinct
-        .iter()
-        .enumerate()
-        .map(|(index, shaped)| {
-            let Form::Surface(mesh) = &shaped.form else { return None };
-            let mut source = stream(seed, "pack.penetration", index as u64);
-            let spread = sample_surface(mesh, POINTS, &mut source).into_iter().map(|p| p.point);
-            let points = mesh.vertices.iter().copied().chain(spread).collect();
-            let distance = SignedDistance::new(mesh).ok()?;
-            Some(Ready { distance, collider: Collider::new(mesh, unit)?, points })
-        })
-        .collect();
+    let bodies = Bodies { ready: made_ready(&forms, seed), forms: &forms, placements };
+    let radii = placements.iter().map(|p| forms.shaped(p.grain as usize).radius);
+    let largest = radii.clone().fold(0.0, f64::max);
+    let mut grid = BallGrid::new(radii.fold(f64::INFINITY, f64::min));
     let mut report = Report {
         least_gap: f64::INFINITY,
         overlapping: 0,
@@ -109,49 +102,27 @@ pub fn check(
         diameter: forms.smallest(),
         core: None,
     };
-    let mut grid = BallGrid::new(
-        placements
-            .iter()
-            .map(|p| forms.shaped(p.grain as usize).radius)
-            .fold(f64::INFINITY, f64::min),
-    );
-    let largest =
-        placements.iter().map(|p| forms.shaped(p.grain as usize).radius).fold(0.0, f64::max);
     let cell = region.cell();
     for (index, laid) in placements.iter().enumerate() {
-        let grain = laid.grain as usize;
-        let (shaped, at) = (forms.shaped(grain), (laid.position, laid.orientation));
-        let mine = ready[forms.of[grain] as usize].as_ref();
-        report.wall_gap = report.wall_gap.min(to_wall(&shaped.form, mine, &at, region));
-        let reach = shaped.radius * 1.001;
+        let at = (laid.position, laid.orientation);
+        report.wall_gap = report.wall_gap.min(to_wall(bodies.side(index, &at), region));
+        let radius = forms.shaped(laid.grain as usize).radius;
+        let reach = radius * 1.001;
         images(cell.as_ref(), &at.0, reach + largest, |image| {
             let at = (*image, at.1);
             grid.near(image, reach, |number, _| {
                 let other = &placements[number as usize];
-                let theirs = ready[forms.of[other.grain as usize] as usize].as_ref();
-                let form = &forms.shaped(other.grain as usize).form;
                 let there = (other.position, other.orientation);
-                let (gap, overlap) = between((&shaped.form, mine, &at), (form, theirs, &there));
+                let (gap, overlap) =
+                    between(bodies.side(index, &at), bodies.side(number as usize, &there));
                 report.least_gap = report.least_gap.min(gap);
                 report.overlapping += usize::from(overlap);
                 true
             });
         });
-        let number = grid.insert(at.0, shaped.radius);
+        let number = grid.insert(at.0, radius);
         debug_assert_eq!(number as usize, index);
     }
-    let holds = |number: u32, point: &Vec3| {
-        let laid = &placements[number as usize];
-        let local = laid.orientation.inverse_transform_vector(&(point - laid.position));
-        let form = forms.of[laid.grain as usize] as usize;
-        match (&forms.distinct[form].form, &ready[form]) {
-            (Form::Balls(balls), _) => {
-                balls.iter().any(|ball| (local - ball.centre).norm() < ball.radius)
-            }
-            (_, Some(ready)) => ready.distance.at(&local) < 0.0,
-            _ => false,
-        }
-    };
     let mut heights: Vec<f64> =
         placements.iter().map(|laid| laid.position[region.dimension() - 1]).collect();
     heights.sort_by(f64::total_cmp);
@@ -161,12 +132,56 @@ pub fn check(
         report.core = core(region, margin, *top, seed, |point| {
             let mut solid = false;
             images(cell.as_ref(), point, largest, |image| {
-                solid = solid || !grid.near(image, 0.0, |number, _| !holds(number, image));
+                let hold = |number| bodies.hold(number, image);
+                solid = solid || !grid.near(image, 0.0, |number, _| !hold(number as usize));
             });
             solid
         });
     }
     report
+}
+
+/// Every surface among `forms` made ready; `None` for balls.
+fn made_ready(forms: &Forms, seed: u64) -> Vec<Option<Ready>> {
+    let unit = forms.distinct.iter().map(|form| form.radius).fold(f64::MIN_POSITIVE, f64::max);
+    let make = |(index, shaped): (usize, &Shaped)| {
+        let Form::Surface(mesh) = &shaped.form else { return None };
+        let mut source = stream(seed, "pack.penetration", index as u64);
+        let spread = sample_surface(mesh, POINTS, &mut source).into_iter().map(|p| p.point);
+        let points = mesh.vertices.iter().copied().chain(spread).collect();
+        let distance = SignedDistance::new(mesh).ok()?;
+        Some(Ready { distance, collider: Collider::new(mesh, unit)?, points })
+    };
+    forms.distinct.iter().enumerate().map(make).collect()
+}
+
+/// Placed bodies with their forms.
+struct Bodies<'a> {
+    placements: &'a [Placement],
+    forms: &'a Forms,
+    /// By form.
+    ready: Vec<Option<Ready>>,
+}
+
+impl Bodies<'_> {
+    /// Body `index` as if it were at `at`.
+    fn side<'b>(&'b self, index: usize, at: &'b Place) -> Side<'b> {
+        let form = self.forms.of[self.placements[index].grain as usize] as usize;
+        (&self.forms.distinct[form].form, self.ready[form].as_ref(), at)
+    }
+
+    /// Whether body `index` holds `point`.
+    fn hold(&self, index: usize, point: &Vec3) -> bool {
+        let laid = &self.placements[index];
+        let local = laid.orientation.inverse_transform_vector(&(point - laid.position));
+        match self.side(index, &(laid.position, laid.orientation)) {
+            (Form::Balls(balls), ..) => {
+                balls.iter().any(|ball| (local - ball.centre).norm() < ball.radius)
+            }
+            (_, Some(ready), _) => ready.distance.at(&local) < 0.0,
+            _ => false,
+        }
+    }
 }
 
 /// Calls `visit` for a place and for its images no farther than `reach` [m] outside a box that repeats.
@@ -214,7 +229,7 @@ fn core(
     })
 }
 
-fn to_wall(form: &Form, ready: Option<&Ready>, at: &Place, region: &Region) -> f64 {
+fn to_wall((form, ready, at): Side, region: &Region) -> f64 {
     match (form, ready) {
         (Form::Surface(_), Some(ready)) => ready
             .points
@@ -228,8 +243,6 @@ fn to_wall(form: &Form, ready: Option<&Ready>, at: &Place, region: &Region) -> f
         _ => f64::INFINITY,
     }
 }
-
-type Side<'a> = (&'a Form, Option<&'a Ready>, &'a Place);
 
 /// The gap between two bodies, and whether they overlap.
 fn between(a: Side, b: Side) -> (f64, bool) {

@@ -76,17 +76,7 @@ impl RadiusExpansion {
         };
         let why = ending(&soft, &relaxed, region, target.closest);
         let balls = balls_of(&soft);
-        let turn = self.orientation;
-        Ok(dress::laid(
-            grains,
-            &target.wanted,
-            &balls,
-            Vec::new(),
-            space.dimension,
-            turn,
-            seed,
-            &why,
-        ))
+        Ok(dress::laid(grains, &balls, space.dimension, self.orientation, seed, &why))
     }
 
     /// Balls of `radii` [m] in `space`, grown from small ones; `None` if it has no inside.
@@ -153,26 +143,14 @@ pub(super) fn ending(
 
 #[cfg(test)]
 mod tests {
-    use super::super::samples::{brute_force, of, room, sphere};
+    use super::super::samples::{ball, brute_force, cylinder, of, room, sphere};
     use super::super::{Method, pack};
     use super::*;
-    use crate::geometry::region::{CylinderRegion, MeshRegion};
-    use crate::geometry::samples::icosphere;
-    use crate::num::Vec3;
 
     #[test]
     fn the_porosity_is_met_in_containers_of_all_kinds() {
-        let cylinder = Region::Cylinder(CylinderRegion {
-            base: Vec3::zeros(),
-            axis: 2,
-            radius: 0.5,
-            height: 1.0,
-            segments: 24,
-            open: [false; 2],
-        });
-        let ball = Region::Mesh(Box::new(MeshRegion::new(icosphere(2)).expect("closed")));
         for (region, count) in
-            [(room(&[1.0; 3]), 150), (room(&[1.0; 2]), 150), (cylinder, 150), (ball, 60)]
+            [(room(&[1.0; 3]), 150), (room(&[1.0; 2]), 150), (cylinder(), 150), (ball(), 60)]
         {
             let clumps: Vec<_> = (0..count)
                 .map(|i| sphere(0.05 + 0.0003 * f64::from(i), region.dimension()))

@@ -3,6 +3,8 @@
 use super::{Grain, Packing};
 use crate::clump::Clump;
 use crate::geometry::container::{BoxContainer, Container};
+use crate::geometry::region::{CylinderRegion, MeshRegion, Rectangle};
+use crate::geometry::samples::icosphere;
 use crate::geometry::{Ball, Collider, Mesh, Region};
 use crate::num::units::Length;
 use crate::num::{Rotation, Vec3};
@@ -60,10 +62,27 @@ pub fn room(size: &[f64]) -> Region {
         .expect("a box")
 }
 
+/// A closed cylinder of radius 0.5 m and height 1 m on the origin.
+pub fn cylinder() -> Region {
+    Region::Cylinder(CylinderRegion {
+        base: Vec3::zeros(),
+        axis: 2,
+        radius: 0.5,
+        height: 1.0,
+        segments: 24,
+        open: [false; 2],
+    })
+}
+
+/// A faceted ball of radius 1 m about the origin.
+pub fn ball() -> Region {
+    Region::Mesh(Box::new(MeshRegion::new(icosphere(2)).expect("closed")))
+}
+
 /// A box from the origin that repeats itself along these axes.
 pub fn periodic_room(size: &[f64], periodic: [bool; 3]) -> Region {
     let Region::Box(room) = room(size) else { unreachable!("`room` is a box") };
-    Region::Box(crate::geometry::region::Rectangle { periodic, ..room })
+    Region::Box(Rectangle { periodic, ..room })
 }
 
 /// Spheres of all bodies: centre, radius, body.

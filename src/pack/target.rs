@@ -14,12 +14,10 @@ use crate::num::Fault;
 /// How much above the estimate of random close packing a target may be: the error of the estimate.
 const ERROR: f64 = 0.01;
 
-/// Radii to reach, m, and the factor on the wanted ones.
+/// Sizes to reach, and how full the container is with them.
 pub struct Target {
     /// Final radius of each grain's bounding sphere, m.
     pub radii: Vec<f64>,
-    /// Wanted radius of each, m.
-    pub wanted: Vec<f64>,
     /// Solid fraction of the bounding spheres at the final radii.
     pub fraction: f64,
     /// Most that is possible at random, where known.
@@ -46,7 +44,6 @@ impl Target {
     /// Errors: a solid fraction that grains of these sizes cannot have, a grain larger than the container.
     pub fn of(grains: &[Grain], region: &Region, porosity: Option<f64>) -> Result<Self, Fault> {
         let dimension = region.dimension();
-        let wanted: Vec<f64> = grains.iter().map(clump_radius).collect();
         let solid: f64 = grains.iter().map(|grain| grain.clump.volume).sum();
         let factor = match porosity {
             Some(n) if solid > 0.0 => {
@@ -54,7 +51,7 @@ impl Target {
             }
             _ => 1.0,
         };
-        let radii: Vec<f64> = wanted.iter().map(|radius| radius * factor).collect();
+        let radii: Vec<f64> = grains.iter().map(|grain| clump_radius(grain) * factor).collect();
         let fraction = ball_volume(&radii, dimension) / region.volume();
         let key = if porosity.is_some() { "porosity" } else { "" };
         let closest = most(&radii, dimension);
@@ -78,7 +75,7 @@ impl Target {
             );
             return Err(Fault::new("", problem, "grains smaller than the container"));
         }
-        Ok(Self { radii, wanted, fraction, closest: closest.map(|(most, _)| most) })
+        Ok(Self { radii, fraction, closest: closest.map(|(most, _)| most) })
     }
 }
 

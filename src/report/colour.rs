@@ -47,26 +47,6 @@ pub fn varied(colour: Rgb, index: usize) -> Rgb {
     colour.map(|channel| (channel * shade).min(1.0))
 }
 
-/// Perceptually even scale from dark blue over green to yellow, `fraction` in
-/// 0..=1 (knots of viridis, van der Walt & Smith 2015, linear between).
-pub fn scale(fraction: f64) -> Rgb {
-    const KNOTS: [Rgb; 9] = [
-        [0.267, 0.005, 0.329],
-        [0.283, 0.141, 0.458],
-        [0.254, 0.265, 0.530],
-        [0.207, 0.372, 0.553],
-        [0.164, 0.471, 0.558],
-        [0.128, 0.567, 0.551],
-        [0.267, 0.679, 0.479],
-        [0.565, 0.792, 0.306],
-        [0.993, 0.906, 0.144],
-    ];
-    let place = if fraction.is_finite() { fraction.clamp(0.0, 1.0) } else { 0.0 };
-    let place = place as f32 * (KNOTS.len() - 1) as f32;
-    let below = (place as usize).min(KNOTS.len() - 2);
-    mix(KNOTS[below], KNOTS[below + 1], place - below as f32)
-}
-
 /// Between `a` (0) and `b` (1).
 pub fn mix(a: Rgb, b: Rgb, fraction: f32) -> Rgb {
     std::array::from_fn(|channel| a[channel] + (b[channel] - a[channel]) * fraction)
@@ -75,14 +55,6 @@ pub fn mix(a: Rgb, b: Rgb, fraction: f32) -> Rgb {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn scale_has_its_ends_and_survives_bad_numbers() {
-        assert_eq!(scale(0.0), [0.267, 0.005, 0.329]);
-        assert_eq!(scale(f64::NAN), scale(0.0));
-        let high = scale(7.0);
-        assert!(high.iter().zip([0.993, 0.906, 0.144]).all(|(a, b)| (a - b).abs() < 1e-6));
-    }
 
     #[test]
     fn bodies_keep_their_colour() {

@@ -187,7 +187,7 @@ pub fn compare(
     twins: &[Twin],
     tolerances: &Tolerances,
 ) -> Comparison {
-    let smallest = model.spheres.iter().map(|s| s.radius).fold(f64::INFINITY, f64::min);
+    let smallest = model.smallest_radius();
     let smallest_radius = if smallest.is_finite() { smallest } else { 1.0 };
     let contact_duration = contact_duration(model);
     let first_contact = first_contact(model, ours);

@@ -3,8 +3,8 @@
 
 use super::chart::Chart;
 use super::figure::Figure;
-use super::page::Table;
 use super::picture::Picture;
+use super::table::Table;
 use super::{ReportError, number, write_whole};
 use crate::format::FormatError;
 use serde::Serialize;

@@ -2,8 +2,8 @@
 
 use crate::geometry::{Ball, Bounds, Mesh};
 use crate::model::{
-    Body, BodyState, Contact, ContactTable, Cost, Dimension, Frame, Material, Model, Motion,
-    Outcome, Plan, Run, Scheme, SeriesRow, Sphere, StepReason, Wall, WallShape,
+    Body, BodyState, Contact, Cost, Dimension, Frame, Material, Model, Motion, Outcome, Plan, Run,
+    Scheme, SeriesRow, Sphere, StepReason, Wall, WallShape,
 };
 use crate::num::{Rotation, Vec3};
 
@@ -49,42 +49,22 @@ pub fn pebble(size: Vec3, rounds: usize) -> Mesh {
 pub fn model(side: usize) -> Model {
     let (radius, density) = (0.005, 2500.0);
     let pitch = 2.0 * radius * 0.99;
+    let material = Material { name: "stone".into(), density };
+    let contact = Contact { kn: 1e5, kt: 2e4, cn: 2.0, ct: 0.0, friction: 0.5 };
+    let plan = Plan {
+        step: 1e-5,
+        reason: StepReason::Auto("a fiftieth of the shortest contact".into()),
+        steps: 1000,
+        frame_every: 100,
+        series_every: 100,
+        ..Plan::new(Scheme::Leapfrog)
+    };
     let mut model = Model {
         title: "box of spheres".into(),
-        dimension: Dimension::Three,
         seed: 7,
-        bodies: Vec::new(),
-        spheres: Vec::new(),
-        bonds: Vec::new(),
-        materials: vec![Material { name: "stone".into(), density }],
-        contacts: ContactTable::uniform(
-            1,
-            Contact { kn: 1e5, kt: 2e4, cn: 2.0, ct: 0.0, friction: 0.5 },
-        ),
-        extra: crate::model::Extra::default(),
-        walls: Vec::new(),
         gravity: Vec3::new(0.0, 0.0, -9.81),
-        mutual: None,
-        local_damping: 0.0,
         domain: Bounds { low: Vec3::zeros(), high: Vec3::repeat(pitch * (side + 4) as f64) },
-        periodic: None,
-        springs: Vec::new(),
-        arrivals: Vec::new(),
-        decks: Default::default(),
-        plan: Plan {
-            step: 1e-5,
-            reason: StepReason::Auto("a fiftieth of the shortest contact".into()),
-            steps: 1000,
-            frame_every: 100,
-            series_every: 100,
-            checkpoint_every: 0,
-            scheme: Scheme::Leapfrog,
-            law: Scheme::Leapfrog.law(),
-            zero_every: 0,
-            zero_until: 0,
-            insist: false,
-            guard: Default::default(),
-        },
+        ..Model::empty(Dimension::Three, material, contact, plan)
     };
     let wide = pitch * side as f64;
     let planes = [

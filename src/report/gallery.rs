@@ -1,29 +1,15 @@
 //! How meshes, clumps and whole states are shown.
 
 use super::camera::View;
-use super::colour::{self, Rgb};
-use super::number;
-use super::picture::{Item, Key, Picture, Style, render};
+use super::colour;
+use super::items::{Item, Style};
+use super::picture::{Picture, render};
 use crate::clump::Clump;
 use crate::geometry::{Bounds, Mesh};
 use crate::model::{Dimension, Frame, Model, WallShape};
 use crate::num::Vec3;
 use crate::shape::Solid;
 use std::borrow::Cow;
-
-/// What the colour of a sphere stands for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Colouring {
-    /// One tone a body.
-    #[default]
-    Body,
-    /// One colour a grain family of the scene.
-    Family,
-    /// One colour a material.
-    Material,
-    /// Speed, on a scale with a colour bar, from 0 to the largest.
-    Speed,
-}
 
 /// A picture of a surface.
 pub fn view_mesh(mesh: &Mesh, [width, height]: [usize; 2]) -> Picture {
@@ -163,57 +149,26 @@ pub(super) fn spread(count: usize, limit: usize) -> Vec<usize> {
 
 /// A picture of a scene in the state `frame`, with its walls. Two-dimensional
 /// scenes are drawn flat, seen from +z.
-pub fn state(
-    model: &Model,
-    frame: &Frame,
-    colouring: Colouring,
-    width: usize,
-    height: usize,
-) -> Picture {
-    state_in(model, frame, container(model, frame), colouring, [width, height])
+pub fn state(model: &Model, frame: &Frame, width: usize, height: usize) -> Picture {
+    state_in(model, frame, container(model, frame), [width, height])
 }
 
 /// Pictures of several states of a scene to the same scale.
-pub fn states(
-    model: &Model,
-    frames: &[&Frame],
-    colouring: Colouring,
-    width: usize,
-    height: usize,
-) -> Vec<Picture> {
+pub fn states(model: &Model, frames: &[&Frame], width: usize, height: usize) -> Vec<Picture> {
     let rooms = frames.iter().map(|frame| container(model, frame));
     let room = rooms.fold(Bounds::EMPTY, |all, one| all.union(&one));
-    let draw = |frame: &&Frame| state_in(model, frame, room, colouring, [width, height]);
+    let draw = |frame: &&Frame| state_in(model, frame, room, [width, height]);
     frames.iter().map(draw).collect()
 }
 
-fn state_in(
-    model: &Model,
-    frame: &Frame,
-    room: Bounds,
-    colouring: Colouring,
-    [width, height]: [usize; 2],
-) -> Picture {
+fn state_in(model: &Model, frame: &Frame, room: Bounds, [width, height]: [usize; 2]) -> Picture {
     let flat = model.dimension == Dimension::Two;
     let turns = model.needs().rotation;
-    let speeds: Vec<f64> = frame.velocities.iter().map(|v| v.norm()).collect();
-    let fastest = speeds.iter().copied().filter(|v| v.is_finite()).fold(0.0, f64::max);
-    let tone = |index: usize| -> Rgb {
-        let owner = model.spheres[index].body as usize;
-        let body = &model.bodies[owner];
-        match colouring {
-            Colouring::Body => colour::body(owner),
-            Colouring::Family => colour::group(body.family as usize),
-            Colouring::Material => colour::group(body.material as usize),
-            Colouring::Speed => {
-                colour::scale(speeds.get(index).map_or(0.0, |v| v / fastest.max(1e-300)))
-            }
-        }
-    };
-    let shown = frame.centres.iter().zip(&model.spheres).enumerate();
+    let shown = frame.centres.iter().zip(&model.spheres);
     let mut items: Vec<Item> = shown
-        .map(|(index, (centre, sphere))| {
-            let (centre, radius, colour) = (*centre, sphere.radius, tone(index));
+        .map(|(centre, sphere)| {
+            let (centre, radius, colour) =
+                (*centre, sphere.radius, colour::body(sphere.body as usize));
             if !flat {
                 return Item::Ball { centre, radius, colour };
             }
@@ -226,9 +181,7 @@ fn state_in(
     let ground = walls(model, frame, &up, room, &mut items);
     let view = if flat { View::flat() } else { View::oblique(&up) };
     let room = (!room.is_empty()).then_some(room);
-    let key = (colouring == Colouring::Speed)
-        .then(|| Key { low: "0".into(), high: number::with_unit(fastest, "m/s") });
-    render(&items, &Style { width, height, view, ground: ground.filter(|_| !flat), room, key })
+    render(&items, &Style { width, height, view, ground: ground.filter(|_| !flat), room })
 }
 
 /// The direction that is up: against gravity, or z (y in two dimensions).
@@ -360,9 +313,9 @@ mod tests {
         let model = fixture::model(3);
         let still = fixture::frame(&model, 0, Vec3::zeros());
         let lifted = fixture::frame(&model, 10, Vec3::z() * 0.03);
-        let alone = state(&model, &still, Colouring::Speed, 80, 60);
+        let alone = state(&model, &still, 80, 60);
         assert!(coloured(&alone) > 400);
-        let both = states(&model, &[&still, &lifted], Colouring::Speed, 80, 60);
+        let both = states(&model, &[&still, &lifted], 80, 60);
         assert!(coloured(&both[0]) < coloured(&alone), "room for the other state makes it smaller");
         let ratio = coloured(&both[0]) as f64 / coloured(&both[1]) as f64;
         assert!((0.8..1.25).contains(&ratio), "equal scale, {ratio}");
@@ -376,9 +329,10 @@ mod tests {
         model.spheres.push(Sphere { body: 0, ..model.spheres[0] });
         let mut frame = fixture::frame(&model, 0, Vec3::zeros());
         frame.centres[1].x += 0.03;
-        let picture = state(&model, &frame, Colouring::Family, 200, 60);
+        let picture = state(&model, &frame, 200, 60);
         // Two discs side by side, nothing between them.
-        let row: Vec<bool> = (0..200).map(|x| picture.pixel(x, 30)[0] < 200).collect();
+        let row: Vec<bool> =
+            (0..200).map(|x| picture.pixel(x, 30).iter().any(|v| *v < 200)).collect();
         let starts = row.windows(2).filter(|pair| !pair[0] && pair[1]).count();
         assert!(starts >= 2 && !row[100], "{starts}");
         assert!(row[40] && row[160]);
@@ -394,9 +348,9 @@ mod tests {
         let mut frame = fixture::frame(&model, 3, Vec3::zeros());
         frame.velocities.clear();
         frame.centres[3].x = f64::INFINITY;
-        assert!(coloured(&state(&model, &frame, Colouring::Speed, 60, 40)) > 20);
+        assert!(coloured(&state(&model, &frame, 60, 40)) > 20);
         frame.centres.clear();
-        assert_eq!(state(&model, &frame, Colouring::Body, 60, 40).pixels.len(), 7200);
+        assert_eq!(state(&model, &frame, 60, 40).pixels.len(), 7200);
     }
 
     #[test]

@@ -19,7 +19,8 @@ pub mod findings;
 #[cfg(test)]
 pub(crate) mod fixture;
 pub mod gallery;
-pub mod lettering;
+pub mod input;
+pub mod items;
 pub mod number;
 mod overlay;
 pub mod page;
@@ -27,6 +28,7 @@ pub mod picture;
 pub mod raster;
 mod sections;
 mod shade;
+pub mod table;
 mod verdict;
 
 use crate::format::{FormatError, atomic};

@@ -1,9 +1,8 @@
-//! What lies over the shaded picture: surfaces to look through, lines, the colour bar.
+//! What lies over the shaded picture: surfaces to look through and lines.
 
 use super::camera::Camera;
 use super::colour::{self, Rgb};
-use super::lettering;
-use super::picture::{CREASE, FINE, Item, Key, facet_normals};
+use super::items::{CREASE, FINE, Item, facet_normals};
 use super::raster::{Canvas, Corner};
 use crate::geometry::Mesh;
 use crate::num::Vec3;
@@ -104,36 +103,6 @@ fn stroke(
             let cover = (half + 0.5 - (across as f64 + 0.5 - middle).abs()).clamp(0.0, 1.0);
             let at = if steep { step * width + across } else { across * width + step };
             paint(at, depth, cover);
-        }
-    }
-}
-
-pub(super) fn lay_key(key: &Key, width: usize, height: usize, fine: &mut [Rgb]) {
-    let letters = 9.0 * FINE as f32;
-    let wide = lettering::advance(letters);
-    let bar = 150.0 * FINE as f32;
-    let thick = 9 * FINE;
-    let margin = 14.0 * FINE as f32;
-    let text = |text: &str| text.chars().count() as f32 * wide;
-    let right = width as f32 - margin - text(&key.high);
-    let left = right - bar - wide;
-    let top = height as f32 - margin - thick as f32;
-    if left < text(&key.low) + margin || top < 0.0 {
-        return;
-    }
-    for row in top as usize..(top as usize + thick).min(height) {
-        for column in left as usize..(left + bar) as usize {
-            let fraction = (column as f32 - left) / bar;
-            fine[row * width + column] = colour::scale(f64::from(fraction));
-        }
-    }
-    let baseline = top + thick as f32;
-    for (label, x) in [(&key.low, left - wide - text(&key.low)), (&key.high, right)] {
-        for [from, to] in lettering::text(label, x, baseline, letters) {
-            let end = |(x, y): (f32, f32)| [f64::from(x), f64::from(y), 0.0];
-            stroke([end(from), end(to)], 1.1 * FINE as f64, width, height, |at, _, cover| {
-                fine[at] = colour::mix(fine[at], [0.2, 0.22, 0.25], cover as f32);
-            });
         }
     }
 }

@@ -2,9 +2,10 @@
 
 use super::compare::{Comparison, Statistics, Trajectory, measure};
 use super::figure::Figure;
-use super::gallery::{self, Colouring};
+use super::gallery;
+use super::input::PageInput;
 use super::number::{bytes, count, per_cent, significant, with_unit};
-use super::page::{PageInput, Table};
+use super::table::Table;
 use super::verdict::{Verdict, span, verdict};
 use super::{ReportError, curves};
 use crate::model::{Dimension, Frame, Model, Motion, Outcome, Run, StepReason, WallShape};
@@ -428,8 +429,7 @@ fn packing(input: &PageInput, shrink: usize) -> Result<Option<Plain>, ReportErro
     }
     let mut figures = Vec::new();
     if let Some(model) = input.model {
-        let picture =
-            gallery::state(model, &start(model), Colouring::Body, 800 / shrink, 600 / shrink);
+        let picture = gallery::state(model, &start(model), 800 / shrink, 600 / shrink);
         figures.push(Figure::picture(&picture, "Packing", "Bodies at the start of the run.")?);
     }
     Ok(Some(Plain { facts, figures, ..Plain::default() }))
@@ -511,7 +511,7 @@ fn finals(input: &PageInput, runs: &[&Run], shrink: usize) -> Result<Option<Plai
         .filter_map(|run| Some((run.solver.as_str(), run.frames.last().filter(fits)?)))
         .collect();
     let frames: Vec<&Frame> = shown.iter().map(|(_, frame)| *frame).collect();
-    let pictures = gallery::states(model, &frames, Colouring::Body, 560 / shrink, 420 / shrink);
+    let pictures = gallery::states(model, &frames, 560 / shrink, 420 / shrink);
     let mut figures = Vec::new();
     for ((solver, frame), picture) in shown.iter().zip(&pictures) {
         let caption = format!("t = {}", with_unit(frame.time, "s"));

@@ -7,7 +7,7 @@
 
 use super::camera::{Camera, View};
 use super::colour::Rgb;
-use super::picture::{BACKGROUND, FINE, Item, Style, draw_solids, extent};
+use super::items::{BACKGROUND, FINE, Item, Style, draw_solids, extent};
 use super::raster::{Canvas, NOTHING};
 use crate::num::Vec3;
 

@@ -3,7 +3,7 @@
 use super::compare::rows::MOST_CHANCE;
 use super::compare::{Comparison, Quantity, Row, Statistics};
 use super::number::{per_cent, significant, with_unit};
-use super::page::Table;
+use super::table::Table;
 use serde::Serialize;
 
 #[derive(Serialize)]

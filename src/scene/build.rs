@@ -57,19 +57,7 @@ pub fn build(
             return Err(Fault::new("plan.mutual_gravity", problem, allowed));
         }
     }
-    let facts: Vec<GrainFacts> = bodies
-        .iter()
-        .map(|body| {
-            let mine = &spheres[body.first_sphere as usize..][..body.sphere_count as usize];
-            let radii: Vec<f64> = mine.iter().map(|sphere| sphere.radius).collect();
-            // A body has at least one sphere, so there is a median.
-            GrainFacts {
-                material: body.material,
-                mass: body.mass,
-                radius: median(&radii).unwrap_or(0.0),
-            }
-        })
-        .collect();
+    let facts: Vec<GrainFacts> = bodies.iter().map(|body| facts(body, &spheres)).collect();
     let wall_materials: Vec<u16> = scene_walls.iter().map(|wall| wall.material).collect();
     let contacts = materials::contacts(scene, &facts, &wall_materials)?;
     let walls: Vec<Wall> = scene_walls
@@ -78,21 +66,13 @@ pub fn build(
         .collect();
     let bonds =
         bonding::bonds(scene, dimension, &first_spheres, &bodies, &spheres, &contacts.table);
-    let gravity = gravity(scene);
+    let gravity = scene.gravity();
     let domain = domain(scene, region, &walls, &bodies, &spheres, &gravity);
     let plan = Plan {
-        step: 0.0,
-        reason: StepReason::Given,
-        steps: 0,
-        frame_every: 1,
-        series_every: 1,
-        checkpoint_every: 0,
-        scheme: scene.plan.scheme,
         law: scene.plan.law(),
-        zero_every: 0,
-        zero_until: 0,
         insist: scene.plan.insist,
         guard: scene.plan.guard,
+        ..Plan::new(scene.plan.scheme)
     };
     let mut model = Model {
         title: scene.title.clone(),
@@ -120,13 +100,12 @@ pub fn build(
     Ok(Built { model, pairs: contacts.pairs, advice })
 }
 
-/// Gravity of a scene, m/s²: as given, or 9.81 along −z (−y in two dimensions).
-pub fn gravity(scene: &Scene) -> Vec3 {
-    match scene.plan.gravity {
-        Some(vector) => Vec3::from(vector.map(|c| c.0)),
-        None if scene.dimension == 2 => Vec3::new(0.0, -9.81, 0.0),
-        None => Vec3::new(0.0, 0.0, -9.81),
-    }
+fn facts(body: &Body, spheres: &[Sphere]) -> GrainFacts {
+    let mine = &spheres[body.first_sphere as usize..][..body.sphere_count as usize];
+    let radii: Vec<f64> = mine.iter().map(|sphere| sphere.radius).collect();
+    // A body has at least one sphere, so there is a median.
+    let radius = median(&radii).unwrap_or(0.0);
+    GrainFacts { material: body.material, mass: body.mass, radius }
 }
 
 /// Bodies, their spheres, and where the spheres of each placement begin.
@@ -167,31 +146,10 @@ fn bodies<'a>(
             radius: ball.radius,
             body,
         }));
-        let centre = placement.position + placement.orientation * balls[0].centre;
-        let ball =
-            Body::sphere(dimension, centre, balls[0].radius, density, material, first_sphere);
-        let mut made = match (&grain.clump.fidelity, balls.len()) {
-            (None, 1) => ball,
-            // One sphere is a good enough clump for this grain: it keeps the mass of the grain and
-            // turns like a homogeneous sphere about its own centre.
-            (Some(_), 1) => {
-                let mass = density * grain.clump.volume;
-                Body { mass, inertia: ball.inertia * (mass / ball.mass), ..ball }
-            }
-            (_, count) => Body {
-                position: placement.position,
-                orientation: placement.orientation,
-                sphere_count: count as u32,
-                mass: density * grain.clump.volume,
-                inertia: grain.clump.inertia * density,
-                ..ball
-            },
-        };
-        if balls.len() == 1 {
-            spheres
-                .last_mut()
-                .into_iter()
-                .for_each(|sphere: &mut Sphere| sphere.offset = Vec3::zeros());
+        let mut made = body_of(dimension, grain, placement, density, material, first_sphere);
+        if let ([_], Some(sphere)) = (balls.as_slice(), spheres.last_mut()) {
+            let sphere: &mut Sphere = sphere;
+            sphere.offset = Vec3::zeros();
         }
         made.velocity = placement.velocity;
         made.spin = placement.spin;
@@ -206,6 +164,35 @@ fn bodies<'a>(
         first_spheres.push(spheres.len() as u32);
     }
     Ok((bodies, spheres, first_spheres))
+}
+
+/// The rigid body of a grain, at rest.
+fn body_of(
+    dimension: Dimension,
+    grain: &Grain,
+    placement: &Placement,
+    density: f64,
+    material: u16,
+    first_sphere: u32,
+) -> Body {
+    let balls = &grain.clump.balls;
+    let centre = placement.position + placement.orientation * balls[0].centre;
+    let ball = Body::sphere(dimension, centre, balls[0].radius, density, material, first_sphere);
+    let mass = density * grain.clump.volume;
+    match (&grain.clump.fidelity, balls.len()) {
+        (None, 1) => ball,
+        // One sphere is a good enough clump for this grain: it keeps the mass of the grain and
+        // turns like a homogeneous sphere about its own centre.
+        (Some(_), 1) => Body { mass, inertia: ball.inertia * (mass / ball.mass), ..ball },
+        (_, count) => Body {
+            position: placement.position,
+            orientation: placement.orientation,
+            sphere_count: count as u32,
+            mass,
+            inertia: grain.clump.inertia * density,
+            ..ball
+        },
+    }
 }
 
 /// The room that bodies may be in: container, walls over their motion and bodies,

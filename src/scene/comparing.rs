@@ -1,6 +1,7 @@
 //! The stage that runs a scene here and in outside solvers, and says how far they agree.
 
 use super::build::Built;
+use super::compared::Compared;
 use super::lockstep::move_walls;
 use super::paging;
 use super::parameters::Start;
@@ -8,25 +9,9 @@ use super::road::{Packed, Road, RoadError};
 use crate::dem;
 use crate::model::{Model, Outcome, Run, Scheme};
 use crate::num::Job;
-use crate::report::compare::{Comparison, Twin, compare};
-use crate::solver::{Deck, DeckOptions, LimitKind, Solver};
+use crate::report::compare::{Twin, compare};
+use crate::solver::{self, Deck, DeckOptions, Solver};
 use std::collections::BTreeSet;
-
-/// A comparison with the runs that it was made from.
-pub struct Compared {
-    /// What differs by how much.
-    pub comparison: Comparison,
-    /// Our own run.
-    pub ours: Run,
-    /// Runs of the outside solvers.
-    pub others: Vec<Run>,
-    /// Messages of solvers that failed.
-    pub failures: Vec<String>,
-    /// What solvers cannot express of the scene: they were not run.
-    pub unable: Vec<String>,
-    /// Solvers that did not take part and why: not installed, cannot run this scene, or failed.
-    pub missing: Vec<String>,
-}
 
 impl Road {
     /// Writes the deck of one solver into `decks/KEY/`.
@@ -60,7 +45,7 @@ impl Road {
         let (packed, built, run) = self.run(false)?;
         let model = self.start(&built.model, &run)?;
         let ours = if model == built.model { run.clone() } else { dem::run(&model, &self.job)? };
-        let (able, unable) = able(solvers, &model);
+        let (able, unable) = solver::able(solvers, &model);
         let mut failures = Vec::new();
         let mut running = self.store.begin("compare", "")?;
         let mut others = Vec::new();
@@ -90,7 +75,7 @@ impl Road {
         let names: Vec<&str> = others.iter().map(|run| run.solver.as_str()).collect();
         let names = if names.is_empty() { "no solver".to_owned() } else { names.join(" and ") };
         self.close(running, &format!("compared with {names}"))?;
-        let mut missing: Vec<String> = crate::solver::all()
+        let mut missing: Vec<String> = solver::all()
             .into_iter()
             .filter(|solver| solver.find().is_none())
             .map(|solver| format!("{} was not found; {}", solver.name(), solver.how_to_install()))
@@ -181,21 +166,6 @@ impl Road {
     }
 }
 
-/// The solvers that can run this model, and what the others cannot do.
-fn able(solvers: &[&'static dyn Solver], model: &Model) -> (Vec<&'static dyn Solver>, Vec<String>) {
-    let mut able = Vec::new();
-    let mut refused = Vec::new();
-    for solver in solvers {
-        match solver.limits(model).into_iter().find(|limit| limit.kind == LimitKind::Refused) {
-            Some(limit) => {
-                refused.push(format!("{} cannot run this scene: {}", solver.name(), limit.what))
-            }
-            None => able.push(*solver),
-        }
-    }
-    (able, refused)
-}
-
 /// A solver's run with our own in its scheme, or what went wrong.
 type Outside = Result<(Run, Twin), String>;
 
@@ -208,8 +178,7 @@ fn outside(solver: &dyn Solver, model: &Model, deck: &Deck, job: &Job) -> Outsid
 
 /// Our own DEM with the solver's own scheme: what the solver should give to round-off.
 fn twin(solver: &dyn Solver, model: &Model, job: &Job) -> Result<Twin, dem::DemError> {
-    let mut model = model.clone();
-    (model.plan.scheme, model.plan.law) = solver.scheme(model.plan.law.tension);
-    let run = dem::run(&model, job)?;
-    Ok(Twin { of: 0, scheme: model.plan.scheme.key().to_owned(), run })
+    let twin = solver.twin(model);
+    let run = dem::run(&twin, job)?;
+    Ok(Twin { of: 0, scheme: twin.plan.scheme.key().to_owned(), run })
 }

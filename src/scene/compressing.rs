@@ -69,7 +69,7 @@ impl Road {
 /// A fault for a stress that contacts of this stiffness bear with large overlaps only:
 /// p ≈ φ Z F / (4 π r²) (Rumpf 1958) with φ Z = 3 gives δ/r = 4 r p/kn.
 fn stiff_enough(model: &crate::model::Model, stress: Pressure) -> Result<(), Fault> {
-    let largest = model.spheres.iter().map(|sphere| sphere.radius).fold(0.0, f64::max);
+    let largest = model.largest_radius();
     let softest = (0..model.contacts.size() as u16)
         .map(|a| model.contacts.between(a, a).kn)
         .fold(f64::INFINITY, f64::min);

@@ -7,7 +7,6 @@
 //! O(grains that are still in flight in the region) a grain.
 
 use super::Loaded;
-use super::build::gravity;
 use super::grains::Grain;
 use super::parameters::InsertionParameters;
 use super::walls;
@@ -64,35 +63,14 @@ pub fn arrivals(
     packed: &[Placement],
 ) -> Result<Vec<Arrival>, Fault> {
     let scene = &loaded.scene;
-    let gravity = gravity(scene);
-    let mut queue: Vec<(f64, usize, usize)> = Vec::new();
-    let mut regions: Vec<Option<Region>> = Vec::new();
-    for (number, family) in scene.grains.iter().enumerate() {
-        let Some(insertion) = &family.insertion else {
-            regions.push(None);
-            continue;
-        };
-        let here = |fault: Fault| fault.under("insert").under(format!("grains[{number}]"));
-        let region = walls::resolve(&insertion.region, loaded)
-            .map_err(|fault| here(fault.under("region")))?;
-        regions.push(Some(region));
-        let own = (0..copies.len()).filter(|copy| family_of(grains, copies, *copy) == number);
-        let first = queue.len();
-        queue.extend(own.enumerate().map(|(index, copy)| (insertion.time(index), copy, index)));
-        let last = queue[first..].last().map_or(0.0, |(time, ..)| *time);
-        if last > scene.plan.duration.0 {
-            let problem = format!("lets the last grain come at {last} s, after the end");
-            let allowed = format!("a higher rate, fewer grains, or a duration above {last} s");
-            return Err(here(Fault::new("rate", problem, allowed)));
-        }
-    }
-    queue.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let gravity = scene.gravity();
+    let (queue, regions) = queue(loaded, grains, copies)?;
     let mut others: Vec<Ball> =
         if queue.is_empty() { Vec::new() } else { lying(grains, copies, packed) };
     let around =
         regions.iter().flatten().fold(Bounds::EMPTY, |all, region| all.union(&region.bounds()));
     let mut all = Vec::with_capacity(queue.len());
-    for (time, copy, index) in queue {
+    for Coming { time, copy, index } in queue {
         let number = family_of(grains, copies, copy);
         let family = &scene.grains[number];
         let (Some(insertion), Some(region)) = (&family.insertion, &regions[number]) else {
@@ -127,6 +105,51 @@ pub fn arrivals(
         all.push(Arrival { placement, time });
     }
     Ok(all)
+}
+
+/// A grain whose time is known and whose place is not.
+struct Coming {
+    time: f64,
+    /// Index into `copies`.
+    copy: usize,
+    /// Number within its family.
+    index: usize,
+}
+
+/// All grains that come, in the order of time, and the region of each family that comes.
+fn queue(
+    loaded: &Loaded,
+    grains: &[Grain],
+    copies: &[u32],
+) -> Result<(Vec<Coming>, Vec<Option<Region>>), Fault> {
+    let scene = &loaded.scene;
+    let mut queue: Vec<Coming> = Vec::new();
+    let mut regions = Vec::new();
+    for (number, family) in scene.grains.iter().enumerate() {
+        let Some(insertion) = &family.insertion else {
+            regions.push(None);
+            continue;
+        };
+        let here = |fault: Fault| fault.under("insert").under(format!("grains[{number}]"));
+        let region = walls::resolve(&insertion.region, loaded)
+            .map_err(|fault| here(fault.under("region")))?;
+        regions.push(Some(region));
+        let own = (0..copies.len()).filter(|copy| family_of(grains, copies, *copy) == number);
+        let first = queue.len();
+        queue.extend(own.enumerate().map(|(index, copy)| Coming {
+            time: insertion.time(index),
+            copy,
+            index,
+        }));
+        let last = queue[first..].last().map_or(0.0, |coming| coming.time);
+        if last > scene.plan.duration.0 {
+            let problem = format!("lets the last grain come at {last} s, after the end");
+            let allowed = format!("a higher rate, fewer grains, or a duration above {last} s");
+            return Err(here(Fault::new("rate", problem, allowed)));
+        }
+    }
+    queue.sort_by(|a, b| a.time.total_cmp(&b.time).then(a.copy.cmp(&b.copy)));
+    Ok((queue, regions))
 }
 
 fn family_of(grains: &[Grain], copies: &[u32], copy: usize) -> usize {

@@ -12,7 +12,7 @@ use super::road::{Road, RoadError};
 use crate::dem;
 use crate::model::{Frame, Model, Motion, Outcome, Run, WallShape};
 use crate::num::Rotation;
-use crate::solver::{DeckOptions, LimitKind, Solver};
+use crate::solver::{self, DeckOptions, Solver};
 use serde::Serialize;
 
 /// One solver over one segment.
@@ -93,47 +93,22 @@ impl Road {
         length: u64,
     ) -> Result<LockStep, RoadError> {
         let (_, built) = self.built()?;
-        let mut model = built.model;
-        if model.needs().bonds || model.needs().servo_walls {
-            let message = "lock-step does not do bonds, which would start again without force, nor \
-                           walls that seek a force, whose place a frame does not tell";
-            return Err(RoadError::Work(message.to_owned()));
-        }
-        if every == 0 || length == 0 || every > model.plan.steps {
-            let steps = model.plan.steps;
-            return Err(RoadError::Work(format!(
-                "lock-step takes 1 to {steps} steps a segment (the steps of the scene), not {every}"
-            )));
-        }
-        model.plan.steps -= model.plan.steps % every;
-        model.plan.frame_every = every;
+        let model = in_segments(built.model, every, length)?;
         let whole = dem::run(&model, &self.job)?;
         if whole.outcome != Outcome::Finished {
             return Err(RoadError::Work(format!("riprap's own run: {:?}", whole.outcome)));
         }
         let mut running = self.store.begin("lock-step", "")?;
+        let (able, failures) = solver::able(solvers, &model);
         let mut found = LockStep {
             title: model.title.clone(),
             every,
             length,
             tolerance: self.loaded.scene.compare.tolerance.trajectory,
             segments: Vec::new(),
-            failures: Vec::new(),
+            failures,
         };
-        let mut able = Vec::new();
-        for solver in solvers {
-            let limits = solver.limits(&model);
-            match limits.iter().find(|limit| limit.kind == LimitKind::Refused) {
-                Some(limit) => found.failures.push(format!(
-                    "{} cannot run this scene: {}",
-                    solver.name(),
-                    limit.what
-                )),
-                None => able.push(*solver),
-            }
-        }
-        let frames = &whole.frames;
-        for start in frames {
+        for start in &whole.frames {
             // Whole segments cover the run; shorter ones leave out its start, where little happens.
             let last = start.step == model.plan.steps;
             if (length >= every && last) || (length < every && start.step == 0) {
@@ -142,29 +117,10 @@ impl Road {
             let from = started_at(&model, start, length);
             let ours = dem::run(&from, &self.job)?;
             for solver in &able {
-                let deck = self.export(*solver, &from, &DeckOptions::default())?;
-                let theirs = match solver.run(&from, &deck, &self.job) {
-                    Ok(run) if run.outcome == Outcome::Finished => run,
-                    Ok(run) => {
-                        found.failures.push(format!("{}: {:?}", solver.name(), run.outcome));
-                        continue;
-                    }
-                    Err(error) => {
-                        found.failures.push(format!("{}: {error}", solver.name()));
-                        continue;
-                    }
-                };
-                let mut twin = from.clone();
-                (twin.plan.scheme, twin.plan.law) = solver.scheme(model.plan.law.tension);
-                let twin = dem::run(&twin, &self.job)?;
-                found.segments.push(Segment {
-                    solver: solver.key(),
-                    step: start.step + length,
-                    time: start.time + from.plan.duration(),
-                    from_twin: apart(&from, &twin, &theirs),
-                    from_ours: apart(&from, &ours, &theirs),
-                    cpu_seconds: theirs.cost.cpu_seconds,
-                });
+                match self.segment(*solver, start, &from, &ours)? {
+                    Ok(segment) => found.segments.push(segment),
+                    Err(failure) => found.failures.push(failure),
+                }
             }
             if self.job.is_cancelled() {
                 return Err(RoadError::Cancelled);
@@ -184,6 +140,50 @@ impl Road {
         self.close(running, "ran in lock-step")?;
         Ok(found)
     }
+
+    /// `solver` over the segment that `from` is, which begins at `start` and which our own run
+    /// `ours` went through; inside, what went wrong in the solver.
+    fn segment(
+        &mut self,
+        solver: &dyn Solver,
+        start: &Frame,
+        from: &Model,
+        ours: &Run,
+    ) -> Result<Result<Segment, String>, RoadError> {
+        let deck = self.export(solver, from, &DeckOptions::default())?;
+        let theirs = match solver.run(from, &deck, &self.job) {
+            Ok(run) if run.outcome == Outcome::Finished => run,
+            Ok(run) => return Ok(Err(format!("{}: {:?}", solver.name(), run.outcome))),
+            Err(error) => return Ok(Err(format!("{}: {error}", solver.name()))),
+        };
+        let twin = dem::run(&solver.twin(from), &self.job)?;
+        Ok(Ok(Segment {
+            solver: solver.key(),
+            step: start.step + from.plan.steps,
+            time: start.time + from.plan.duration(),
+            from_twin: apart(from, &twin, &theirs),
+            from_ours: apart(from, ours, &theirs),
+            cpu_seconds: theirs.cost.cpu_seconds,
+        }))
+    }
+}
+
+/// `model` over a whole number of segments of `every` steps, with a frame at the end of each.
+fn in_segments(mut model: Model, every: u64, length: u64) -> Result<Model, RoadError> {
+    if model.needs().bonds || model.needs().servo_walls {
+        let message = "lock-step does not do bonds, which would start again without force, nor \
+                       walls that seek a force, whose place a frame does not tell";
+        return Err(RoadError::Work(message.to_owned()));
+    }
+    if every == 0 || length == 0 || every > model.plan.steps {
+        let steps = model.plan.steps;
+        return Err(RoadError::Work(format!(
+            "lock-step takes 1 to {steps} steps a segment (the steps of the scene), not {every}"
+        )));
+    }
+    model.plan.steps -= model.plan.steps % every;
+    model.plan.frame_every = every;
+    Ok(model)
 }
 
 /// The model as it is at `frame`, with `steps` to go and no memory of contacts.
@@ -230,7 +230,7 @@ pub(super) fn move_walls(model: &mut Model, time: f64) {
 
 /// Largest distance of a sphere between the ends of two runs, in smallest radii.
 fn apart(model: &Model, a: &Run, b: &Run) -> f64 {
-    let radius = model.spheres.iter().map(|sphere| sphere.radius).fold(f64::INFINITY, f64::min);
+    let radius = model.smallest_radius();
     let (Some(a), Some(b)) = (a.frames.last(), b.frames.last()) else { return f64::INFINITY };
     if a.step != b.step {
         return f64::INFINITY;

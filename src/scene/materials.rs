@@ -83,72 +83,106 @@ pub fn contacts(
     grains: &[GrainFacts],
     wall_materials: &[u16],
 ) -> Result<Contacts, Fault> {
-    let mut materials: Vec<Material> = scene
-        .materials
-        .iter()
-        .map(|(name, m)| Material { name: name.clone(), density: m.density.map_or(0.0, |d| d.0) })
-        .collect();
-    let scene_count = materials.len();
-    let mut sides: Vec<Option<Side>> =
-        (0..scene_count).map(|index| grain_side(index as u16, grains)).collect();
-    let mut origin: Vec<usize> = (0..scene_count).collect();
-    let mut of_walls: Vec<u16> = (0..scene_count as u16).collect();
-    let mut walls_only: Vec<bool> = sides.iter().map(Option::is_none).collect();
-    for &wall in wall_materials {
-        let index = wall as usize;
-        if sides[index].is_some()
-            && of_walls[index] == wall
-            && depends_on_mass_or_radius(scene, index)
-        {
-            of_walls[index] = materials.len() as u16;
-            materials.push(Material {
-                name: format!("{}_wall", materials[index].name),
-                density: materials[index].density,
-            });
-            sides.push(None);
-            origin.push(index);
-            walls_only.push(true);
-        }
-    }
+    let sorts = Sorts::of(scene, grains, wall_materials);
+    let count = sorts.materials.len();
     // Every pair is set below.
     let unset = Contact { kn: 1.0, kt: 0.0, cn: 0.0, ct: 0.0, friction: 0.0 };
-    let mut table = ContactTable::uniform(materials.len(), unset);
+    let mut table = ContactTable::uniform(count, unset);
     let mut pairs = Vec::new();
     let mut extra = Extra::default();
     extra.drag = scene.plan.viscous_drag.0;
     if let Some(field) = scene.plan.electrostatics {
         let charge = |of: &usize| scene.materials.values().nth(*of).and_then(|m| m.charge);
-        let of_material = origin.iter().map(|of| charge(of).map_or(0.0, |q| q.0)).collect();
+        let of_material = sorts.origin.iter().map(|of| charge(of).map_or(0.0, |q| q.0)).collect();
         extra.charges = Some(Charges { of_material, field });
     }
-    let shared = sides.iter().flatten().next().copied();
-    for a in 0..materials.len() {
-        for b in a..materials.len() {
-            let (key, parameters) = parameters_of(scene, origin[a], origin[b]);
-            // Walls never touch each other, but decks hold the whole table: such pairs get the values
-            // that the first grain material would have.
-            let (first, second) = match (sides[a], sides[b]) {
-                (None, None) => (shared.unwrap_or(Side::WALL), Side::WALL),
-                (first, second) => (first.unwrap_or(Side::WALL), second.unwrap_or(Side::WALL)),
-            };
+    for a in 0..count {
+        for b in a..count {
+            let (key, parameters) = parameters_of(scene, sorts.origin[a], sorts.origin[b]);
+            let (first, second) = sorts.sides_of(a, b);
             let facts = pair(parameters, first, second, scene.plan.law().tension)
                 .map_err(|f| f.under(&key))?;
             table.set(a as u16, b as u16, facts.contact);
             let forces = parameters.forces();
             if !forces.is_empty() {
-                extra.set(materials.len(), a as u16, b as u16, forces);
+                extra.set(count, a as u16, b as u16, forces);
             }
-            let touching_walls =
-                wall_materials.iter().any(|w| [a, b].contains(&(of_walls[*w as usize] as usize)));
-            if sides[a].is_some() && sides[b].is_some()
-                || !(walls_only[a] && walls_only[b]) && touching_walls
-            {
-                let between = [materials[a].name.clone(), materials[b].name.clone()];
+            if sorts.can_touch(a, b, wall_materials) {
+                let between = [a, b].map(|index| sorts.materials[index].name.clone());
                 pairs.push(PairFacts { between, ..facts });
             }
         }
     }
+    let Sorts { materials, of_walls, .. } = sorts;
     Ok(Contacts { materials, of_walls, table, extra, pairs })
+}
+
+/// Materials of the model: those of the scene, and a second one for walls where dashpots or
+/// stiffnesses between two grains and between a grain and a wall differ.
+struct Sorts {
+    materials: Vec<Material>,
+    /// The scene material that each is.
+    origin: Vec<usize>,
+    /// What grains of it are like; `None` without grains.
+    sides: Vec<Option<Side>>,
+    /// Model material of walls made of a scene material.
+    of_walls: Vec<u16>,
+}
+
+impl Sorts {
+    fn of(scene: &Scene, grains: &[GrainFacts], wall_materials: &[u16]) -> Self {
+        let mut materials: Vec<Material> = scene
+            .materials
+            .iter()
+            .map(|(name, m)| Material {
+                name: name.clone(),
+                density: m.density.map_or(0.0, |d| d.0),
+            })
+            .collect();
+        let count = materials.len();
+        let mut sides: Vec<Option<Side>> =
+            (0..count).map(|index| grain_side(index as u16, grains)).collect();
+        let mut origin: Vec<usize> = (0..count).collect();
+        let mut of_walls: Vec<u16> = (0..count as u16).collect();
+        for &wall in wall_materials {
+            let index = wall as usize;
+            if sides[index].is_some()
+                && of_walls[index] == wall
+                && depends_on_mass_or_radius(scene, index)
+            {
+                of_walls[index] = materials.len() as u16;
+                materials.push(Material {
+                    name: format!("{}_wall", materials[index].name),
+                    density: materials[index].density,
+                });
+                sides.push(None);
+                origin.push(index);
+            }
+        }
+        Self { materials, origin, sides, of_walls }
+    }
+
+    /// The sides of a contact between two materials. Walls never touch each other, but decks hold
+    /// the whole table: such pairs get the values that the first grain material would have.
+    fn sides_of(&self, a: usize, b: usize) -> (Side, Side) {
+        match (self.sides[a], self.sides[b]) {
+            (None, None) => {
+                (self.sides.iter().flatten().next().copied().unwrap_or(Side::WALL), Side::WALL)
+            }
+            (first, second) => (first.unwrap_or(Side::WALL), second.unwrap_or(Side::WALL)),
+        }
+    }
+
+    /// Whether grains of one can touch grains or walls of the other.
+    fn can_touch(&self, a: usize, b: usize, wall_materials: &[u16]) -> bool {
+        match (self.sides[a], self.sides[b]) {
+            (Some(_), Some(_)) => true,
+            (None, None) => false,
+            _ => wall_materials
+                .iter()
+                .any(|wall| [a, b].contains(&(self.of_walls[*wall as usize] as usize))),
+        }
+    }
 }
 
 /// True if some contact of this material has a dashpot or stiffness that differs between grains and walls.

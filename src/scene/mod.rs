@@ -4,6 +4,7 @@
 
 mod bonding;
 pub mod build;
+pub mod compared;
 pub mod comparing;
 mod compressing;
 pub mod drawing;
@@ -22,6 +23,7 @@ pub mod readings;
 pub mod road;
 pub mod running;
 pub mod shipped;
+mod statistics;
 pub mod store;
 pub mod surveying;
 pub mod verdict;

@@ -1,13 +1,14 @@
 //! The stage that writes the report page.
 
 use super::build::Built;
-use super::comparing::Compared;
+use super::compared::Compared;
 use super::road::{Packed, Road, RoadError};
 use super::store::key;
 use crate::clump::Clump;
 use crate::model::Run;
 use crate::report::chart::Chart;
-use crate::report::page::{PageInput, write_page};
+use crate::report::input::PageInput;
+use crate::report::page::write_page;
 use crate::shape::Solid;
 
 /// Writes `report/index.html` from what is there. A run without comparison keeps
@@ -56,9 +57,9 @@ pub fn write(
         clumps: &clumps,
         packing: Some(&packed.packing),
         ours: Some(compared.map_or(run, |compared| &compared.ours)),
-        others: compared.map_or(&[], |compared| &compared.others),
+        others: compared.map_or(&[], |compared| compared.others.as_slice()),
         comparison: compared.filter(|c| !c.others.is_empty()).map(|compared| &compared.comparison),
-        missing: compared.map_or(&[], |compared| &compared.missing),
+        missing: compared.map_or(&[], |compared| compared.missing.as_slice()),
         measures: (&verdicts, &charts),
         commands: &commands,
     };

@@ -2,9 +2,9 @@
 //! is done once, and is taken from the output folder where nothing has changed.
 
 use super::build::{self, Built};
-use super::drawing;
 use super::grains::{self, Draw, Grain};
 use super::inserting;
+use super::statistics;
 use super::store::{Running, Store, key};
 use super::walls::Room;
 use super::{Loaded, SceneError};
@@ -215,36 +215,48 @@ impl Road {
             .into_iter()
             .map(|made| made.map_or((None, Vec::new()), |(known, facts)| (Some(known), facts)))
             .unzip();
+        let shapes = described.iter().flatten().count();
+        self.write_described(&mut running, draws, &described, &facts)?;
+        running.count("shapes", shapes);
+        if shapes == 0 {
+            self.store.finish(running)?;
+            return Ok(());
+        }
+        self.close(running, &format!("made {shapes} shapes"))
+    }
+
+    /// Tables and charts of the shapes; `described` and `facts` hold one entry a draw.
+    fn write_described(
+        &self,
+        running: &mut Running,
+        draws: &[Draw],
+        described: &[Option<Described>],
+        facts: &[Vec<Fact>],
+    ) -> Result<(), RoadError> {
         let solids: Vec<&Described> = described.iter().flatten().collect();
         for solid in &solids {
-            self.store.prepare(&mut running, &format!("shapes/{}.stl", solid.name))?;
+            self.store.prepare(running, &format!("shapes/{}.stl", solid.name))?;
         }
         if !solids.is_empty() {
-            self.store.write(&mut running, "shapes/shapes.json", |out| {
+            self.store.write(running, "shapes/shapes.json", |out| {
                 Ok(serde_json::to_writer_pretty(out, &solids)?)
             })?;
-            self.store.write(&mut running, "shapes/shapes.csv", |out| write_table(out, &solids))?;
+            self.store.write(running, "shapes/shapes.csv", |out| write_table(out, &solids))?;
         }
         if facts.iter().any(|facts| !facts.is_empty()) {
             let rows: Vec<_> = described
                 .iter()
-                .zip(&facts)
+                .zip(facts)
                 .filter_map(|(known, facts)| Some((known.as_ref()?.name.as_str(), &facts[..])))
                 .collect();
-            self.store.write(&mut running, "shapes/statistics.csv", |out| {
-                drawing::write_facts(out, &rows)
+            self.store.write(running, "shapes/statistics.csv", |out| {
+                statistics::write_facts(out, &rows)
             })?;
-            for (name, svg) in drawing::distributions(&self.loaded, draws, &facts) {
-                self.store.write(&mut running, &name, |out| out.write_all(svg.as_bytes()))?;
+            for (name, svg) in statistics::distributions(&self.loaded, draws, facts) {
+                self.store.write(running, &name, |out| out.write_all(svg.as_bytes()))?;
             }
         }
-        running.count("shapes", solids.len());
-        if solids.is_empty() {
-            self.store.finish(running)?;
-            return Ok(());
-        }
-        let made = format!("made {} shapes", solids.len());
-        self.close(running, &made)
+        Ok(())
     }
 
     /// Writes the surface of a grain, and keeps what is smaller.

@@ -97,11 +97,6 @@ impl Store {
         &self.root
     }
 
-    /// What is known of all stages.
-    pub fn manifest(&self) -> &Manifest {
-        &self.manifest
-    }
-
     /// True if some stage was done since the folder was opened.
     pub fn has_worked(&self) -> bool {
         self.worked

@@ -429,73 +429,51 @@ fn charts(
         layers.iter().filter_map(|(height, reading)| Some((*height, of(reading)?))).collect()
     };
     let height = || Axis::linear("height of the layer", "m");
-    let chart = |title: &str, caption: &str, x: Axis, y: Axis, series: Vec<Series>| Chart {
-        title: title.into(),
-        caption: caption.into(),
-        x,
-        y,
-        series,
-        mark: None,
+    let chart = |key: &str, texts: [&str; 2], x: Axis, y: Axis, series: Vec<Series>| {
+        let [title, caption] = texts.map(str::to_owned);
+        (key.to_owned(), Chart { title, caption, x, y, series, mark: None })
     };
+    let radial = shells.iter().map(|(r, g)| (r / diameter, *g)).collect();
+    let partners = partners(bed).iter().enumerate().map(|(n, b)| (n as f64, *b as f64)).collect();
     let mut all = vec![
-        (
-            "radial".to_owned(),
-            chart(
-                "Radial distribution of centres",
-                "1: as likely as anywhere.",
-                Axis::linear("distance over mean diameter", ""),
-                Axis::linear("g", ""),
-                vec![series("g", shells.iter().map(|(r, g)| (r / diameter, *g)).collect(), false)],
-            ),
+        chart(
+            "radial",
+            ["Radial distribution of centres", "1: as likely as anywhere."],
+            Axis::linear("distance over mean diameter", ""),
+            Axis::linear("g", ""),
+            vec![series("g", radial, false)],
         ),
-        (
-            "layers-porosity".to_owned(),
-            chart(
-                "Porosity over height",
-                "Each layer as thick as the others.",
-                height(),
-                Axis::linear("porosity", ""),
-                vec![series("porosity", over(&|r| Some(r.porosity)), true)],
-            ),
+        chart(
+            "layers-porosity",
+            ["Porosity over height", "Each layer as thick as the others."],
+            height(),
+            Axis::linear("porosity", ""),
+            vec![series("porosity", over(&|r| Some(r.porosity)), true)],
         ),
-        (
-            "layers-coordination".to_owned(),
-            chart(
-                "Coordination number over height",
-                "",
-                height(),
-                Axis::linear("bodies touched", ""),
-                vec![
-                    series("all bodies", over(&|r| r.coordination), true),
-                    series("without rattlers", over(&|r| r.coordination_held), true),
-                ],
-            ),
+        chart(
+            "layers-coordination",
+            ["Coordination number over height", ""],
+            height(),
+            Axis::linear("bodies touched", ""),
+            vec![
+                series("all bodies", over(&|r| r.coordination), true),
+                series("without rattlers", over(&|r| r.coordination_held), true),
+            ],
         ),
-        (
-            "partners".to_owned(),
-            chart(
-                "Bodies by the number of others that they touch",
-                "",
-                Axis::linear("others touched", ""),
-                Axis::linear("bodies", ""),
-                vec![series(
-                    "bodies",
-                    partners(bed).iter().enumerate().map(|(n, b)| (n as f64, *b as f64)).collect(),
-                    true,
-                )],
-            ),
+        chart(
+            "partners",
+            ["Bodies by the number of others that they touch", ""],
+            Axis::linear("others touched", ""),
+            Axis::linear("bodies", ""),
+            vec![series("bodies", partners, true)],
         ),
     ];
     if !bed.spheres.pushes.is_empty() {
         let component = |i: usize| over(&move |r| r.stress.map(|s| s[i][i]));
         let names = ["xx", "yy", "zz"];
         let lines = (0..bed.dimension()).map(|i| series(names[i], component(i), true)).collect();
-        let title = "Normal stresses over height";
-        let caption = "Compression positive.";
-        all.push((
-            "layers-stress".to_owned(),
-            chart(title, caption, height(), Axis::linear("stress", "Pa"), lines),
-        ));
+        let texts = ["Normal stresses over height", "Compression positive."];
+        all.push(chart("layers-stress", texts, height(), Axis::linear("stress", "Pa"), lines));
     }
     all
 }

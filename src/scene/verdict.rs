@@ -195,7 +195,7 @@ fn sample(loaded: &Loaded, job: &Job) -> Result<(Built, f64, Option<f64>), Fault
 /// The highest place of a region, against gravity: grains may fall from there.
 fn top(loaded: &Loaded, region: &Region) -> Vec3 {
     let bounds = region.bounds();
-    let up = -build::gravity(&loaded.scene).try_normalize(0.0).unwrap_or_else(Vec3::zeros);
+    let up = -loaded.scene.gravity().try_normalize(0.0).unwrap_or_else(Vec3::zeros);
     bounds.centre() + up * (0.5 * up.abs().dot(&bounds.size()))
 }
 

@@ -86,18 +86,6 @@ impl Cells {
         }
     }
 
-    /// Empties a cell of the grid.
-    pub fn clear(&mut self, cell: [usize; 3]) {
-        if let Some(index) = self.index(cell.map(|k| k as i64)) {
-            self.full[index] = false;
-        }
-    }
-
-    /// Cells along x, y, z.
-    pub fn size(&self) -> [usize; 3] {
-        self.size
-    }
-
     /// Number of full cells.
     pub fn count(&self) -> usize {
         self.full.iter().filter(|full| **full).count()

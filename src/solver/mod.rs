@@ -27,24 +27,35 @@ pub mod templates;
 pub mod yade;
 
 pub use deck::{Deck, DeckOptions};
+pub use program::Program;
 
 use crate::model::{Law, Model, Run, Scheme};
-use crate::num::{Job, MethodEntry};
+use crate::num::Job;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// A solver that decks can be written for.
 pub trait Solver: Sync {
+    /// Its program, as decks are written for it.
+    fn program(&self) -> &'static Program;
     /// Key on the command line and in file names: `liggghts`, `yade`, `lammps`.
-    fn key(&self) -> &'static str;
+    fn key(&self) -> &'static str {
+        self.program().key
+    }
     /// Name for people, with the version that decks are written for.
-    fn name(&self) -> &'static str;
+    fn name(&self) -> &'static str {
+        self.program().name
+    }
     /// The program on this machine: from the environment variable `RIPRAP_LIGGGHTS`,
     /// `RIPRAP_YADE` or `RIPRAP_LAMMPS` where it is set, else from `PATH`; `None` if there is
     /// none that starts.
-    fn find(&self) -> Option<Installation>;
+    fn find(&self) -> Option<Installation> {
+        self.program().find()
+    }
     /// How to get it, as the end of a sentence: "... is not installed; {this}".
-    fn how_to_install(&self) -> &'static str;
+    fn how_to_install(&self) -> &'static str {
+        self.program().how_to_install
+    }
     /// True if its decks can be run on several MPI ranks.
     fn takes_ranks(&self) -> bool;
     /// Scheme and law with which our own DEM computes what its decks compute, to rounding;
@@ -52,6 +63,16 @@ pub trait Solver: Sync {
     fn scheme(&self, tension: bool) -> (Scheme, Law);
     /// What of `model` this solver cannot express or does differently.
     fn limits(&self, model: &Model) -> Vec<Limit>;
+    /// The first limit that forbids a deck of `model`, if any does.
+    fn refusal(&self, model: &Model) -> Option<Limit> {
+        self.limits(model).into_iter().find(|limit| limit.kind == LimitKind::Refused)
+    }
+    /// `model` with the scheme and law in which our own DEM computes what the deck of `model` computes.
+    fn twin(&self, model: &Model) -> Model {
+        let mut twin = model.clone();
+        (twin.plan.scheme, twin.plan.law) = self.scheme(model.plan.law.tension);
+        twin
+    }
     /// Writes the deck of `model` as `folder`, which must not hold anything but an
     /// older deck: everything goes to a temporary folder beside it, which then takes its place.
     fn write(
@@ -70,30 +91,20 @@ pub fn all() -> [&'static dyn Solver; 3] {
     [&liggghts::Liggghts, &yade::Yade, &lammps::Lammps]
 }
 
-/// One line each for `riprap list solvers`.
-pub const METHODS: &[MethodEntry] = &[
-    MethodEntry {
-        key: "liggghts",
-        id: "",
-        summary: "LIGGGHTS 3.8.0: spheres, rigid clumps (fix rigid, fix multisphere), planes, STL walls, MPI",
-        source: "Kloss, Goniva, Hager, Amberger & Pirker 2012",
-        example: "",
-    },
-    MethodEntry {
-        key: "yade",
-        id: "",
-        summary: "YADE 2023.02a: spheres, rigid clumps, planes, facets, local damping, one thread",
-        source: "Smilauer et al. 2021",
-        example: "",
-    },
-    MethodEntry {
-        key: "lammps",
-        id: "",
-        summary: "LAMMPS 29 Sep 2021: spheres, rigid clumps (fix rigid/small), planes, MPI",
-        source: "Thompson et al. 2022",
-        example: "",
-    },
-];
+/// Those of `solvers` that can run `model`, and one sentence for each of the others on what it cannot do.
+pub fn able(
+    solvers: &[&'static dyn Solver],
+    model: &Model,
+) -> (Vec<&'static dyn Solver>, Vec<String>) {
+    let (mut able, mut unable) = (Vec::new(), Vec::new());
+    for solver in solvers {
+        match solver.refusal(model) {
+            Some(limit) => unable.push(limit.of(*solver)),
+            None => able.push(*solver),
+        }
+    }
+    (able, unable)
+}
 
 /// A solver found on this machine.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -127,6 +138,11 @@ impl Limit {
     /// A limit that forbids the deck.
     pub fn refused(what: impl Into<String>) -> Self {
         Self { kind: LimitKind::Refused, what: what.into() }
+    }
+
+    /// That it keeps `solver` from running a scene, as a sentence.
+    pub fn of(&self, solver: &dyn Solver) -> String {
+        format!("{} cannot run this scene: {}", solver.name(), self.what)
     }
 
     /// A limit that changes what the solver computes.

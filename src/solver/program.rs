@@ -9,6 +9,8 @@ use crate::num::Job;
 /// A program that runs decks.
 #[derive(Debug)]
 pub struct Program {
+    /// Key on the command line and in file names.
+    pub key: &'static str,
     /// Name for people, with the version that decks are written for.
     pub name: &'static str,
     /// Command on `PATH`.

@@ -27,6 +27,7 @@ templates![
     "lammps/rigid.inf",
     "lammps/run.sh",
     "lammps/spheres.data",
+    "left_out.txt",
     "liggghts/arrivals.in",
     "liggghts/clumps.in",
     "liggghts/in.liggghts",

@@ -247,41 +247,40 @@ fn heaps(size: &Size, job: &Job, remarks: &mut Vec<String>) -> Result<Sheet, Stu
             let differences: Vec<f64> =
                 values.iter().zip(&base).map(|(a, b)| (a - b) / scale).collect();
             let (middle, half) = interval(&differences);
-            let equal = middle.abs() + half <= MARGIN;
+            let (percent, width) = (100.0 * middle, 100.0 * half);
+            let (verdict, said) = match middle.abs() + half <= MARGIN {
+                _ if *scheme == Scheme::Leapfrog => ("reference", None),
+                true => ("equivalent", Some("equivalent within 2 %")),
+                false => ("not shown", Some("equivalence within 2 % is not shown")),
+            };
             let name = format!("{} tc/{per_contact}", scheme.key());
-            let first = *scheme == Scheme::Leapfrog;
+            remarks.extend(said.map(|said| {
+                format!(
+                    "{quantity}, {name}: {percent:+.2} % ± {width:.2} % (90 %) from leapfrog tc/50 over {} \
+                     seeds: {said}.",
+                    size.seeds
+                )
+            }));
             rows.push(vec![
                 quantity.into(),
                 name.as_str().into(),
                 mean(&values).unwrap_or(f64::NAN).into(),
                 deviation(&values).into(),
-                (100.0 * middle).into(),
-                (100.0 * half).into(),
-                if first {
-                    "reference"
-                } else if equal {
-                    "equivalent"
-                } else {
-                    "not shown"
-                }
-                .into(),
+                percent.into(),
+                width.into(),
+                verdict.into(),
             ]);
-            if !first {
-                remarks.push(format!(
-                    "{quantity}, {name}: {:+.2} % ± {:.2} % (90 %) from leapfrog tc/50 over {} \
-                     seeds: {}.",
-                    100.0 * middle,
-                    100.0 * half,
-                    size.seeds,
-                    if equal {
-                        "equivalent within 2 %"
-                    } else {
-                        "equivalence within 2 % is not shown"
-                    }
-                ));
-            }
         }
     }
+    let columns = [
+        "quantity",
+        "scheme",
+        "mean [m]",
+        "standard deviation [m]",
+        "difference [%]",
+        "half width of 90 % [%]",
+        "verdict",
+    ];
     Ok(Sheet {
         key: "heaps".into(),
         title: format!("The heap at {} s", size.late),
@@ -290,17 +289,7 @@ fn heaps(size: &Size, job: &Job, remarks: &mut Vec<String>) -> Result<Sheet, Stu
              the mean of the reference; margin 2 %.",
             size.seeds
         ),
-        columns: [
-            "quantity",
-            "scheme",
-            "mean [m]",
-            "standard deviation [m]",
-            "difference [%]",
-            "half width of 90 % [%]",
-            "verdict",
-        ]
-        .map(String::from)
-        .to_vec(),
+        columns: columns.map(String::from).to_vec(),
         rows,
     })
 }

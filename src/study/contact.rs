@@ -4,24 +4,18 @@
 //! The error is the root mean square over phases of arrival: how far into a step
 //! the contact begins. Cost O(phases × steps) a point.
 
-use super::{Effort, StudyError, go_on, models, oblique, outside};
+use super::impact::{RESTITUTION, SPEED, impact};
+use super::{Effort, StudyError, go_on, oblique, outside};
 use crate::dem;
-use crate::model::{Contact, Model, Motion, Outcome, Scheme, restitution};
+use crate::model::{Outcome, Scheme};
+use crate::num::Job;
 use crate::num::statistics::{median, order_of_convergence, root_mean_square};
-use crate::num::{Job, Vec3};
 use crate::report::chart::{Axis, Chart, Series};
 use crate::report::curves::work_precision;
 use crate::report::findings::{Findings, Sheet};
 
 const SCHEMES: [Scheme; 4] =
     [Scheme::Leapfrog, Scheme::Liggghts, Scheme::Yade, Scheme::PathAveraged];
-/// Radius, m; density, kg/m³; stiffness, N/m; restitution; speed, m/s.
-const RADIUS: f64 = 0.01;
-const DENSITY: f64 = 2500.0;
-const KN: f64 = 1e5;
-const RESTITUTION: f64 = 0.5;
-const SPEED: f64 = 1.0;
-
 /// See [`super::STUDIES`].
 pub fn study(effort: Effort, job: &Job) -> Result<Findings, StudyError> {
     let (phases, steps): (u32, &[f64]) = match effort {
@@ -111,23 +105,6 @@ fn impacts(scheme: Scheme, per_contact: f64, phases: u32) -> Result<(f64, f64), 
     }
     // Neither list is empty: every study has phases.
     Ok((root_mean_square(&errors).unwrap_or(f64::NAN), median(&seconds).unwrap_or(f64::NAN)))
-}
-
-/// A sphere that meets a wall after `phase` of a step.
-pub fn impact(scheme: Scheme, per_contact: f64, phase: f64) -> Model {
-    let mass = DENSITY * std::f64::consts::PI * 4.0 / 3.0 * RADIUS.powi(3);
-    // A restitution between 0 and 1 always has a dashpot.
-    let cn = restitution::dashpot(RESTITUTION, KN, mass, false).unwrap_or(0.0);
-    let contact = Contact { kn: KN, kt: 0.0, cn, ct: 0.0, friction: 0.0 };
-    let mut model = models::empty(scheme, contact, DENSITY);
-    model.plan.step = std::f64::consts::PI * (mass / KN).sqrt() / per_contact;
-    model.plan.steps = (2.0 * per_contact) as u64;
-    // The error of coarse steps is what is asked for.
-    model.plan.insist = true;
-    models::plane(&mut model, Vec3::zeros(), Vec3::z(), Motion::Still);
-    let height = RADIUS + SPEED * model.plan.step * phase;
-    models::sphere(&mut model, Vec3::z() * height, RADIUS, DENSITY, -Vec3::z() * SPEED);
-    model
 }
 
 #[cfg(test)]

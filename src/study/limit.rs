@@ -11,7 +11,7 @@ use crate::dem;
 use crate::model::{Contact, ContactTable, Model, Motion, Outcome, Run, Scheme, restitution};
 use crate::num::{Job, Vec3, random};
 use crate::report::chart::{Axis, Chart, Series};
-use crate::report::findings::{Findings, Sheet};
+use crate::report::findings::{Cell, Findings, Sheet};
 
 /// Radius, m; density, kg/m³; stiffness, N/m.
 const RADIUS: f64 = 0.01;
@@ -38,40 +38,30 @@ pub fn study(effort: Effort, job: &Job) -> Result<Findings, StudyError> {
             let contact = Contact { kn: KN, kt: kt * KN, cn, ct: 0.0, friction: 0.5 };
             model.contacts = ContactTable::uniform(1, contact);
             (model.plan.scheme, model.plan.law) = (scheme, scheme.law());
-            let Some(bound) = dem::advise(&model).network else {
-                return Err(StudyError::Work("nothing touches in the settled bed".into()));
-            };
-            let name = format!(
-                "{}, kt/kn {kt:.2}, {}",
-                scheme.key(),
-                if cn > 0.0 { "e 0.5" } else { "no dashpot" }
-            );
-            let (mut points, mut first) = (Vec::new(), None);
-            for factor in FACTORS {
-                go_on(job)?;
-                let run = onward(&model, factor * bound, steps)?;
-                let late = late_energy(&run);
-                let told = run.notes.iter().any(|note| note.contains("change sign"));
-                if told {
-                    first.get_or_insert(factor);
-                }
-                points.push((factor, late));
+            let bound = dem::advise(&model).network;
+            let bound =
+                bound.ok_or(StudyError::Work("nothing touches in the settled bed".into()))?;
+            let found = over_the_bound(&model, bound, steps, job)?;
+            for at in &found {
                 rows.push(vec![
                     scheme.key().into(),
                     kt.into(),
                     cn.into(),
-                    factor.into(),
-                    (factor * bound / unit).into(),
-                    late.into(),
-                    if told { "unstable" } else { "" }.into(),
+                    at.factor.into(),
+                    (at.factor * bound / unit).into(),
+                    at.late_energy.into(),
+                    if at.told { "unstable" } else { "" }.into(),
                 ]);
             }
-            remarks.push(match first {
-                Some(factor) => {
+            let dashpots = if cn > 0.0 { "e 0.5" } else { "no dashpot" };
+            let name = format!("{}, kt/kn {kt:.2}, {dashpots}", scheme.key());
+            remarks.push(match found.iter().find(|at| at.told) {
+                Some(Onward { factor, .. }) => {
                     format!("{name}: the guard calls it unstable from {factor} times the bound on.")
                 }
                 None => format!("{name}: the guard finds nothing up to 1.5 times the bound."),
             });
+            let points = found.iter().map(|at| (at.factor, at.late_energy)).collect();
             series.push(Series { name, points, dots: true });
         }
     }
@@ -83,38 +73,67 @@ pub fn study(effort: Effort, job: &Job) -> Result<Findings, StudyError> {
             bed.bodies.len()
         ),
         remarks,
-        tables: vec![Sheet {
-            key: "onset".into(),
-            title: "Kinetic energy after many steps from rest".into(),
-            caption: format!(
-                "{steps} steps; largest kinetic energy of the last third. Steps in √(m/kn) of the mean mass."
-            ),
-            columns: [
-                "scheme",
-                "kt/kn",
-                "cn [N s/m]",
-                "step over bound",
-                "step over √(m/kn)",
-                "kinetic energy [J]",
-                "guard",
-            ]
-            .map(String::from)
-            .to_vec(),
-            rows,
-        }],
-        charts: vec![(
-            "onset".into(),
-            Chart {
-                title: "Kinetic energy of a bed that should rest".into(),
-                caption: "Largest of the last third of the run.".into(),
-                x: Axis::linear("step over the bound of the network", ""),
-                y: Axis::log("kinetic energy", "J"),
-                series,
-                mark: None,
-            },
-        )],
+        tables: vec![sheet(steps, rows)],
+        charts: vec![("onset".into(), chart(series))],
         pictures: Vec::new(),
     })
+}
+
+fn sheet(steps: u64, rows: Vec<Vec<Cell>>) -> Sheet {
+    let columns = [
+        "scheme",
+        "kt/kn",
+        "cn [N s/m]",
+        "step over bound",
+        "step over √(m/kn)",
+        "kinetic energy [J]",
+        "guard",
+    ];
+    Sheet {
+        key: "onset".into(),
+        title: "Kinetic energy after many steps from rest".into(),
+        caption: format!(
+            "{steps} steps; largest kinetic energy of the last third. Steps in √(m/kn) of the mean mass."
+        ),
+        columns: columns.map(String::from).to_vec(),
+        rows,
+    }
+}
+
+fn chart(series: Vec<Series>) -> Chart {
+    Chart {
+        title: "Kinetic energy of a bed that should rest".into(),
+        caption: "Largest of the last third of the run.".into(),
+        x: Axis::linear("step over the bound of the network", ""),
+        y: Axis::log("kinetic energy", "J"),
+        series,
+        mark: None,
+    }
+}
+
+/// The bed at one multiple of the bound.
+struct Onward {
+    factor: f64,
+    /// Largest kinetic energy of the last third, J.
+    late_energy: f64,
+    /// The guard calls it unstable.
+    told: bool,
+}
+
+/// The bed run on at every multiple of `bound` [s].
+fn over_the_bound(
+    model: &Model,
+    bound: f64,
+    steps: u64,
+    job: &Job,
+) -> Result<Vec<Onward>, StudyError> {
+    let at = |factor: f64| {
+        go_on(job)?;
+        let run = onward(model, factor * bound, steps)?;
+        let told = run.notes.iter().any(|note| note.contains("change sign"));
+        Ok(Onward { factor, late_energy: late_energy(&run), told })
+    };
+    FACTORS.into_iter().map(at).collect()
 }
 
 fn late_energy(run: &Run) -> f64 {

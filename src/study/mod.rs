@@ -8,6 +8,7 @@ mod clump;
 mod contact;
 mod ensembles;
 mod equivalence;
+mod impact;
 mod limit;
 pub mod matrix;
 mod models;
@@ -16,6 +17,7 @@ mod outside;
 mod packing;
 mod reproduction;
 mod shapes;
+mod solids;
 mod stand_in;
 mod tree;
 

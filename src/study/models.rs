@@ -4,8 +4,7 @@ use crate::clump::Clump;
 use crate::geometry::region::Rectangle;
 use crate::geometry::{Bounds, Cell, Region};
 use crate::model::{
-    Body, Contact, ContactTable, Dimension, Material, Model, Motion, Plan, Scheme, Sphere,
-    StepReason, Wall, WallShape,
+    Body, Contact, Dimension, Material, Model, Motion, Plan, Scheme, Sphere, Wall, WallShape,
 };
 use crate::num::{Job, Vec3};
 use crate::pack::random::Random;
@@ -15,40 +14,10 @@ use crate::pack::{self, Grain, PackError, scatter};
 /// A model in three dimensions without bodies, walls and gravity, of one material
 /// of `density` [kg/m³]; frames and rows at start and end only; steps to be set.
 pub fn empty(scheme: Scheme, contact: Contact, density: f64) -> Model {
-    Model {
-        title: "study".to_owned(),
-        dimension: Dimension::Three,
-        seed: 0,
-        bodies: Vec::new(),
-        spheres: Vec::new(),
-        bonds: Vec::new(),
-        materials: vec![Material { name: "grain".to_owned(), density }],
-        contacts: ContactTable::uniform(1, contact),
-        extra: crate::model::Extra::default(),
-        walls: Vec::new(),
-        gravity: Vec3::zeros(),
-        mutual: None,
-        local_damping: 0.0,
-        domain: Bounds { low: Vec3::repeat(-1.0), high: Vec3::repeat(1.0) },
-        periodic: None,
-        springs: Vec::new(),
-        arrivals: Vec::new(),
-        decks: Default::default(),
-        plan: Plan {
-            step: 1e-6,
-            reason: StepReason::Given,
-            steps: 0,
-            frame_every: u64::MAX,
-            series_every: u64::MAX,
-            checkpoint_every: 0,
-            scheme,
-            law: scheme.law(),
-            zero_every: 0,
-            zero_until: 0,
-            insist: false,
-            guard: Default::default(),
-        },
-    }
+    let material = Material { name: "grain".to_owned(), density };
+    let plan = Plan { step: 1e-6, ..Plan::new(scheme) };
+    let model = Model::empty(Dimension::Three, material, contact, plan);
+    Model { title: "study".to_owned(), ..model }
 }
 
 /// Adds a plane wall through `point` with the unit `normal` towards the bodies.
@@ -59,11 +28,7 @@ pub fn plane(model: &mut Model, point: Vec3, normal: Vec3, motion: Motion) {
 
 /// Adds a sphere of `radius` [m] and `density` [kg/m³] at `place` [m] with `velocity` [m/s].
 pub fn sphere(model: &mut Model, place: Vec3, radius: f64, density: f64, velocity: Vec3) {
-    let first = model.spheres.len() as u32;
-    let mut body = Body::sphere(model.dimension, place, radius, density, 0, first);
-    body.velocity = velocity;
-    model.spheres.push(Sphere { offset: Vec3::zeros(), radius, body: model.bodies.len() as u32 });
-    model.bodies.push(body);
+    model.add_sphere(place, radius, density, 0).velocity = velocity;
 }
 
 /// Equal spheres that fill `share` of a cube of edge 1 m whose sides repeat, at random places without overlap.

@@ -2,7 +2,7 @@
 //! of arrival as spheres side by side in one run. CPU time is that of the whole process,
 //! start included, over the number of phases.
 
-use super::contact::impact;
+use super::impact::{RESTITUTION, SPEED, impact};
 use super::{Effort, StudyError, go_on};
 use crate::model::{Model, Scheme};
 use crate::num::Job;
@@ -39,7 +39,8 @@ pub fn add(findings: &mut Findings, effort: Effort, job: &Job) -> Result<(), Stu
             let Some(frame) = run.frames.last() else {
                 return Err(StudyError::Work(format!("{} gave no frame", solver.name())));
             };
-            let errors: Vec<f64> = frame.velocities.iter().map(|v| v.z - 0.5).collect();
+            let errors: Vec<f64> =
+                frame.velocities.iter().map(|v| v.z / SPEED - RESTITUTION).collect();
             let error = root_mean_square(&errors).unwrap_or(f64::NAN);
             let seconds = run.cost.cpu_seconds / errors.len() as f64;
             points.push((seconds, error));

@@ -12,7 +12,7 @@
 //! distances ([`crate::clump::measure`]) over the equivalent diameter. Pits are what the largest distance has beyond
 //! the root mean square one.
 
-use super::clump::solids;
+use super::solids::solids;
 use super::{Effort, StudyError, go_on, timed};
 use crate::clump::{
     self, ClumpError, Dynamic, FourPoints, MassSource, Method, Nodes, Normals, Order, Place,

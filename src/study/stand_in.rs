@@ -15,7 +15,8 @@
 //! Cost O(spheres × steps): 48 grains and some 10⁴ steps a heap.
 
 use super::equivalence::{Difference, interval_95};
-use super::{Effort, StudyError, clump::solids, go_on, models};
+use super::solids::solids;
+use super::{Effort, StudyError, go_on, models};
 use crate::clump::{self, Clump, MassSource, Method};
 use crate::dem;
 use crate::model::{Body, Contact, Model, Motion, Outcome, Run, Scheme, Sphere, restitution};

@@ -15,7 +15,7 @@
 # step before positions{% if needs.gravity %}: at the start v(0) - dt/2 g{% endif %}; angular velocities are given as they
 # are. Contact forces at time 0 are not in the half step: best start without contacts.
 # Run with: sh run.sh   (writes frames.txt, contacts.txt)
-
+{% include "left_out.txt" %}
 {% if many_frictions or oscillating -%}
 import math
 {% endif -%}

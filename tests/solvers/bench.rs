@@ -6,7 +6,7 @@ pub use riprap::geometry::{Bounds, Cell, Container, Mesh};
 pub use riprap::model::extra::{Bridge, Cohesion, PairForces, Rolling};
 pub use riprap::model::{
     Body, BodyState, Contact, ContactTable, Dimension, Extra, Lost, Material, Model, Motion,
-    Outcome, Plan, Run, Scheme, Sphere, StepReason, Wall, WallShape,
+    Outcome, Plan, Run, Scheme, Sphere, Wall, WallShape,
 };
 pub use riprap::num::units::{EnergyDensity, SurfaceTension, Volume};
 pub use riprap::num::{Job, Mat3, Rotation, Vec3};
@@ -16,48 +16,25 @@ pub use riprap::solver::{self, DeckOptions, LimitKind, Solver};
 pub const CONTACT: Contact = Contact { kn: 1e4, kt: 5e3, cn: 0.3, ct: 0.0, friction: 0.4 };
 
 pub fn model(dimension: Dimension, contact: Contact) -> Model {
+    let material = Material { name: "stone".into(), density: 2500.0 };
+    let plan = Plan {
+        step: 1e-6,
+        steps: 1000,
+        frame_every: 400,
+        series_every: 100,
+        ..Plan::new(Scheme::Liggghts)
+    };
     Model {
         title: "solver test".into(),
-        dimension,
         seed: 1,
-        bodies: Vec::new(),
-        bonds: Vec::new(),
-        spheres: Vec::new(),
-        materials: vec![Material { name: "stone".into(), density: 2500.0 }],
-        contacts: ContactTable::uniform(1, contact),
-        extra: Extra::default(),
-        walls: Vec::new(),
-        gravity: Vec3::zeros(),
-        mutual: None,
-        local_damping: 0.0,
         domain: Bounds { low: Vec3::repeat(-0.02), high: Vec3::repeat(0.02) },
-        periodic: None,
-        springs: Vec::new(),
-        arrivals: Vec::new(),
-        decks: Default::default(),
-        plan: Plan {
-            step: 1e-6,
-            reason: StepReason::Given,
-            steps: 1000,
-            frame_every: 400,
-            series_every: 100,
-            checkpoint_every: 0,
-            scheme: Scheme::Liggghts,
-            law: Scheme::Liggghts.law(),
-            zero_every: 0,
-            zero_until: 0,
-            insist: false,
-            guard: Default::default(),
-        },
+        ..Model::empty(dimension, material, contact, plan)
     }
 }
 
 pub fn add_sphere(model: &mut Model, at: Vec3, velocity: Vec3, spin: Vec3) {
-    let (index, first) = (model.bodies.len() as u32, model.spheres.len() as u32);
-    let mut body = Body::sphere(model.dimension, at, 1e-3, 2500.0, 0, first);
+    let body = model.add_sphere(at, 1e-3, 2500.0, 0);
     (body.velocity, body.spin) = (velocity, spin);
-    model.bodies.push(body);
-    model.spheres.push(Sphere { offset: Vec3::zeros(), radius: 1e-3, body: index });
 }
 
 /// A clump whose mass, centre of mass and inertia are not those of its spheres.
@@ -172,7 +149,7 @@ pub fn twin_differences(solver: &dyn Solver, model: &Model) -> Option<[f64; 2]> 
     let ours = dem::run(model, &Job::quiet()).expect("a run");
     assert_eq!(ours.outcome, Outcome::Finished, "our own of scheme {}", solver.key());
     assert_eq!(ours.frames.len(), theirs.frames.len());
-    let largest = model.spheres.iter().map(|s| s.radius).fold(0.0, f64::max);
+    let largest = model.largest_radius();
     let [mut place, mut spin] = [0.0_f64; 2];
     for (a, b) in ours.frames.iter().zip(&theirs.frames) {
         for (x, y) in a.centres.iter().zip(&b.centres) {

@@ -50,7 +50,7 @@ fn pairs_that_meet_across_a_periodic_side_agree() {
 
 /// The model in the scheme and law of the solver.
 fn twin_of(solver: &dyn Solver, mut model: Model) -> Model {
-    (model.plan.scheme, model.plan.law) = solver.scheme(model.plan.law.tension);
+    model = solver.twin(&model);
     model
 }
 

@@ -233,7 +233,7 @@ pub(super) struct Touching {
 
 /// All touching pairs of spheres of different bodies, in rising order.
 pub(super) fn touching(model: &Model, centres: &[Vec3]) -> Vec<Touching> {
-    let widest = 2.0 * model.spheres.iter().map(|s| s.radius).fold(0.0, f64::max);
+    let widest = 2.0 * model.largest_radius();
     let cell = |centre: &Vec3| -> [i64; 3] {
         std::array::from_fn(|axis| (centre[axis] / widest).floor().clamp(-1e15, 1e15) as i64)
     };

@@ -168,37 +168,13 @@ impl Family {
         if self.distinct == Some(0) {
             return Err(Fault::new("distinct", "is 0", "at least 1, or left out"));
         }
-        match &self.size {
-            Some(Size::Graded(grading)) => grading.validate().map_err(|f| f.under("size"))?,
-            Some(Size::Fixed(size)) => Fault::positive("size", size.0)?,
-            Some(Size::Uniform(UniformSize { min, max })) => {
-                Fault::positive("size.min", min.0)?;
-                Fault::positive("size.max", max.0)?;
-                if max.0 < min.0 {
-                    let problem = format!("is {} m, less than min", max.0);
-                    return Err(Fault::new("size.max", problem, "at least size.min"));
-                }
-            }
-            None => {}
-        }
+        self.validate_size()?;
         self.shape.validate().map_err(|fault| fault.under("shape"))?;
-        let sphere = matches!(self.shape, shape::Shape::Sphere);
-        if dimension == 2 && !sphere {
+        if dimension == 2 && !self.is_sphere() {
             let allowed = "\"sphere\" (a disc) in two dimensions";
             return Err(Fault::new("shape", "is a solid body", allowed));
         }
-        if let Some(cluster) = &self.cluster {
-            if !sphere {
-                let allowed = "left out, or `shape = \"sphere\"`";
-                return Err(Fault::new("cluster", "is given for a solid", allowed));
-            }
-            cluster.validate(dimension).map_err(|fault| fault.under("cluster"))?;
-            if dimension == 2 && self.body == Hold::Rigid {
-                let allowed =
-                    "body.bonded, as discs of one rigid body are not made in two dimensions";
-                return Err(Fault::new("body", "is `rigid`", allowed));
-            }
-        }
+        self.validate_cluster(dimension)?;
         if let Some(insertion) = &self.insertion {
             insertion.validate(dimension).map_err(|fault| fault.under("insert"))?;
             if self.body != Hold::Rigid {
@@ -206,23 +182,66 @@ impl Family {
                 return Err(Fault::new("body", "is bonded", allowed));
             }
         }
-        if let Hold::Bonded(bonds) = &self.body {
-            bonds.validate().map_err(|fault| fault.under("bonded").under("body"))?;
-            if let BondLaw::Solid(solid) = &bonds.law {
-                let Some(clump::Method::Lattice(lattice)) = &self.clump else {
-                    let allowed = "a `clump.lattice`, for whose geometry the moduli are";
-                    return Err(Fault::new("body.bonded.law", "is `solid`", allowed));
-                };
-                lattice.stiffness(1.0, solid.young.0, solid.poisson).map_err(|fault| {
-                    fault.under("solid").under("law").under("bonded").under("body")
-                })?;
+        self.validate_bonds()?;
+        self.validate_clump()
+    }
+
+    fn is_sphere(&self) -> bool {
+        matches!(self.shape, shape::Shape::Sphere)
+    }
+
+    fn validate_size(&self) -> Result<(), Fault> {
+        match &self.size {
+            Some(Size::Graded(grading)) => grading.validate().map_err(|f| f.under("size")),
+            Some(Size::Fixed(size)) => Fault::positive("size", size.0),
+            Some(Size::Uniform(UniformSize { min, max })) => {
+                Fault::positive("size.min", min.0)?;
+                Fault::positive("size.max", max.0)?;
+                if max.0 < min.0 {
+                    let problem = format!("is {} m, less than min", max.0);
+                    return Err(Fault::new("size.max", problem, "at least size.min"));
+                }
+                Ok(())
             }
-            if sphere && self.cluster.is_none() {
-                let allowed = "`rigid`, a `cluster`, or a shape with a `clump`";
-                return Err(Fault::new("body", "bonds the one sphere of a grain", allowed));
-            }
+            None => Ok(()),
         }
-        match (&self.clump, sphere) {
+    }
+
+    fn validate_cluster(&self, dimension: u8) -> Result<(), Fault> {
+        let Some(cluster) = &self.cluster else { return Ok(()) };
+        if !self.is_sphere() {
+            let allowed = "left out, or `shape = \"sphere\"`";
+            return Err(Fault::new("cluster", "is given for a solid", allowed));
+        }
+        cluster.validate(dimension).map_err(|fault| fault.under("cluster"))?;
+        if dimension == 2 && self.body == Hold::Rigid {
+            let allowed = "body.bonded, as discs of one rigid body are not made in two dimensions";
+            return Err(Fault::new("body", "is `rigid`", allowed));
+        }
+        Ok(())
+    }
+
+    fn validate_bonds(&self) -> Result<(), Fault> {
+        let Hold::Bonded(bonds) = &self.body else { return Ok(()) };
+        bonds.validate().map_err(|fault| fault.under("bonded").under("body"))?;
+        if let BondLaw::Solid(solid) = &bonds.law {
+            let Some(clump::Method::Lattice(lattice)) = &self.clump else {
+                let allowed = "a `clump.lattice`, for whose geometry the moduli are";
+                return Err(Fault::new("body.bonded.law", "is `solid`", allowed));
+            };
+            lattice
+                .stiffness(1.0, solid.young.0, solid.poisson)
+                .map_err(|fault| fault.under("solid").under("law").under("bonded").under("body"))?;
+        }
+        if self.is_sphere() && self.cluster.is_none() {
+            let allowed = "`rigid`, a `cluster`, or a shape with a `clump`";
+            return Err(Fault::new("body", "bonds the one sphere of a grain", allowed));
+        }
+        Ok(())
+    }
+
+    fn validate_clump(&self) -> Result<(), Fault> {
+        match (&self.clump, self.is_sphere()) {
             (Some(_), true) => Err(Fault::new("clump", "is given for a sphere", "no `clump` key")),
             (None, false) => Err(Fault::new(
                 "clump",

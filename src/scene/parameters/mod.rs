@@ -22,7 +22,7 @@ pub use plan::{PlanParameters, StepParameter};
 pub use walls::{ContainerParameters, MotionParameters, WallParameters, WallShapeParameters};
 
 use crate::model::Decks;
-use crate::num::Fault;
+use crate::num::{Fault, Vec3};
 use crate::pack;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -78,6 +78,15 @@ fn three() -> u8 {
 }
 
 impl Scene {
+    /// Acceleration of gravity, m/s²: as given, or 9.81 along −z (−y in two dimensions).
+    pub fn gravity(&self) -> Vec3 {
+        match self.plan.gravity {
+            Some(vector) => Vec3::from(vector.map(|c| c.0)),
+            None if self.dimension == 2 => Vec3::new(0.0, -9.81, 0.0),
+            None => Vec3::new(0.0, 0.0, -9.81),
+        }
+    }
+
     /// Everything that is wrong with the parameters and can be said without files or geometry.
     pub fn faults(&self) -> Vec<Fault> {
         let mut faults = Vec::new();

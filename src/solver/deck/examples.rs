@@ -2,8 +2,7 @@
 
 use crate::geometry::{Bounds, Mesh};
 use crate::model::{
-    Body, Contact, ContactTable, Dimension, Extra, Material, Model, Motion, Plan, Scheme, Sphere,
-    StepReason, Wall, WallShape,
+    Body, Contact, Dimension, Material, Model, Motion, Plan, Scheme, Sphere, Wall, WallShape,
 };
 use crate::num::{Rotation, Vec3};
 
@@ -14,50 +13,26 @@ pub fn contact() -> Contact {
 
 /// A model without bodies or walls.
 pub fn empty(dimension: Dimension, contact: Contact) -> Model {
+    let material = Material { name: "stone".into(), density: 2500.0 };
+    let plan = Plan {
+        step: 1e-6,
+        steps: 1000,
+        frame_every: 500,
+        series_every: 100,
+        ..Plan::new(Scheme::Liggghts)
+    };
     Model {
         title: "example".into(),
-        dimension,
         seed: 7,
-        bodies: Vec::new(),
-        spheres: Vec::new(),
-        bonds: Vec::new(),
-        materials: vec![Material { name: "stone".into(), density: 2500.0 }],
-        contacts: ContactTable::uniform(1, contact),
-        extra: Extra::default(),
-        walls: Vec::new(),
-        gravity: Vec3::zeros(),
-        mutual: None,
-        local_damping: 0.0,
         domain: Bounds { low: Vec3::repeat(-0.02), high: Vec3::repeat(0.02) },
-        periodic: None,
-        springs: Vec::new(),
-        arrivals: Vec::new(),
-        decks: Default::default(),
-        plan: Plan {
-            step: 1e-6,
-            reason: StepReason::Given,
-            steps: 1000,
-            frame_every: 500,
-            series_every: 100,
-            checkpoint_every: 0,
-            scheme: Scheme::Liggghts,
-            law: Scheme::Liggghts.law(),
-            zero_every: 0,
-            zero_until: 0,
-            insist: false,
-            guard: Default::default(),
-        },
+        ..Model::empty(dimension, material, contact, plan)
     }
 }
 
 /// Adds a body of one sphere of material `material`.
 pub fn add_sphere(model: &mut Model, at: Vec3, radius: f64, velocity: Vec3, material: u16) {
-    let first = model.spheres.len() as u32;
     let density = model.materials[usize::from(material)].density;
-    let mut body = Body::sphere(model.dimension, at, radius, density, material, first);
-    body.velocity = velocity;
-    model.spheres.push(Sphere { offset: Vec3::zeros(), radius, body: model.bodies.len() as u32 });
-    model.bodies.push(body);
+    model.add_sphere(at, radius, density, material).velocity = velocity;
 }
 
 /// Adds a clump of four spheres (a bent row of three discs in two dimensions).

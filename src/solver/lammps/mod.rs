@@ -9,7 +9,7 @@ use super::deck::{Deck, DeckOptions, Draft};
 use super::dump;
 use super::program::Program;
 use super::restart_springs::Layout;
-use super::{Installation, Limit, Solver, SolverError};
+use super::{Limit, Solver, SolverError};
 use crate::model::{Arm, History, Law, Model, Run, Scheme, Wall};
 use crate::num::Job;
 use std::path::Path;
@@ -18,6 +18,7 @@ use std::path::Path;
 pub struct Lammps;
 
 const PROGRAM: Program = Program {
+    key: "lammps",
     name: "LAMMPS 29 Sep 2021",
     command: "lmp",
     variable: "RIPRAP_LAMMPS",
@@ -39,20 +40,8 @@ const LAYOUT: Layout = Layout {
 };
 
 impl Solver for Lammps {
-    fn key(&self) -> &'static str {
-        "lammps"
-    }
-
-    fn name(&self) -> &'static str {
-        PROGRAM.name
-    }
-
-    fn find(&self) -> Option<Installation> {
-        PROGRAM.find()
-    }
-
-    fn how_to_install(&self) -> &'static str {
-        PROGRAM.how_to_install
+    fn program(&self) -> &'static Program {
+        &PROGRAM
     }
 
     fn takes_ranks(&self) -> bool {

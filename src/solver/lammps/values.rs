@@ -177,13 +177,6 @@ fn walls(model: &Model) -> Vec<WallValues> {
     all
 }
 
-fn radii(model: &Model) -> (f64, f64) {
-    model
-        .spheres
-        .iter()
-        .fold((f64::INFINITY, 0.0), |(low, high), s| (s.radius.min(low), s.radius.max(high)))
-}
-
 impl Script {
     /// Reads a model.
     pub fn new(
@@ -214,7 +207,7 @@ impl Script {
             tension: model.plan.law.tension,
             drag: model.extra.drag,
             processors: options.processors_text(model),
-            skin: SKIN * radii(model).0,
+            skin: SKIN * model.smallest_radius(),
             material_names: model
                 .materials
                 .iter()
@@ -331,7 +324,7 @@ fn boundary(model: &Model) -> String {
 }
 
 fn simulation_box(model: &Model) -> Bounds {
-    let mut room = model.domain.grown(2.0 * radii(model).1);
+    let mut room = model.domain.grown(2.0 * model.largest_radius());
     if model.needs().discs {
         let half = 0.5 * room.size().xy().max();
         (room.low.z, room.high.z) = (-half, half);

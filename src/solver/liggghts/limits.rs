@@ -7,9 +7,6 @@ use crate::model::{Arm, Coulomb, History, Lost, Model, Motion, PairForces, Schem
 use crate::solver::mesh_check::{MeshFacts, inspect};
 use crate::solver::{Limit, capability, finite, restart_springs, single};
 
-/// Smallest angle of a mesh triangle that LIGGGHTS takes with its default
-/// `curvature`, rad (0.256235 degrees).
-pub const DEFAULT_CURVATURE: f64 = 0.256_235 / 180.0 * std::f64::consts::PI;
 /// Below this it ends whatever the setting, rad (0.0573 degrees).
 const HARD_CURVATURE: f64 = 0.0573 / 180.0 * std::f64::consts::PI;
 /// Most triangles that may share one edge.
@@ -186,7 +183,7 @@ fn mesh_faults(name: &str, mesh: &Mesh, facts: &MeshFacts, limits: &mut Vec<Limi
             "wall `{name}`: triangle {index} has an angle of {:.4} degrees; LIGGGHTS takes none below 0.0573",
             angle.to_degrees()
         ))),
-        Some((angle, index)) if angle < DEFAULT_CURVATURE => limits.push(Limit::differs(format!(
+        Some((angle, index)) if angle < values::DEFAULT_CURVATURE => limits.push(Limit::differs(format!(
             "wall `{name}`: triangle {index} has an angle of {:.4} degrees; the deck sets `curvature` below it, so that flatter bends than the default count as edges",
             angle.to_degrees()
         ))),

@@ -12,7 +12,7 @@ use super::deck::{Deck, DeckOptions, Draft};
 use super::dump;
 use super::program::Program;
 use super::restart_springs::Layout;
-use super::{Installation, Limit, Solver, SolverError};
+use super::{Limit, Solver, SolverError};
 use crate::model::{Law, Model, Run, Scheme};
 use crate::num::Job;
 use std::path::Path;
@@ -21,6 +21,7 @@ use std::path::Path;
 pub struct Liggghts;
 
 const PROGRAM: Program = Program {
+    key: "liggghts",
     name: "LIGGGHTS 3.8.0",
     command: "liggghts",
     variable: "RIPRAP_LIGGGHTS",
@@ -42,20 +43,8 @@ const LAYOUT: Layout = Layout {
 };
 
 impl Solver for Liggghts {
-    fn key(&self) -> &'static str {
-        "liggghts"
-    }
-
-    fn name(&self) -> &'static str {
-        PROGRAM.name
-    }
-
-    fn find(&self) -> Option<Installation> {
-        PROGRAM.find()
-    }
-
-    fn how_to_install(&self) -> &'static str {
-        PROGRAM.how_to_install
+    fn program(&self) -> &'static Program {
+        &PROGRAM
     }
 
     fn takes_ranks(&self) -> bool {

@@ -1,6 +1,5 @@
 //! The values that the LIGGGHTS templates print: one struct a template.
 
-use super::limits::DEFAULT_CURVATURE;
 use super::multisphere;
 use crate::geometry::{Bounds, Mesh};
 use crate::model::extra::{Cohesion, Rolling};
@@ -18,6 +17,10 @@ use serde::Serialize;
 use std::f64::consts::{PI, TAU};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
+/// Smallest angle of a mesh triangle that LIGGGHTS takes with its default
+/// `curvature`, rad (0.256235 degrees).
+pub const DEFAULT_CURVATURE: f64 = 0.256_235 / 180.0 * std::f64::consts::PI;
+
 /// Radius of points of mass over the smallest radius; nothing touches them.
 const POINT_RADIUS: f64 = 0.1;
 /// Skin of the neighbour list over the smallest radius: fast for settled beds and flows alike.
@@ -240,7 +243,7 @@ pub fn is_primitive(wall: &Wall) -> bool {
 
 /// The room in which spheres may touch walls: the domain and one radius around it.
 fn covered(model: &Model) -> Bounds {
-    let mut room = model.domain.grown(largest_radius(model));
+    let mut room = model.domain.grown(model.largest_radius());
     if model.needs().discs {
         let half = 0.5 * room.size().xy().max();
         (room.low.z, room.high.z) = (-half, half);
@@ -256,7 +259,7 @@ fn simulation_box(model: &Model, surfaces: &[Surface]) -> Bounds {
         }
         room.union(&surface::swept(&surface.mesh, &surface.wall.motion, model.plan.duration()))
     });
-    let mut all = room.grown(largest_radius(model));
+    let mut all = room.grown(model.largest_radius());
     if let Some(cell) = &model.periodic {
         for axis in (0..3).filter(|axis| cell.periodic[*axis]) {
             (all.low[axis], all.high[axis]) = (cell.bounds.low[axis], cell.bounds.high[axis]);
@@ -268,14 +271,6 @@ fn simulation_box(model: &Model, surfaces: &[Surface]) -> Bounds {
         (all.low.z, all.high.z) = (-half, half);
     }
     all
-}
-
-fn largest_radius(model: &Model) -> f64 {
-    model.spheres.iter().map(|s| s.radius).fold(0.0, f64::max)
-}
-
-fn smallest_radius(model: &Model) -> f64 {
-    model.spheres.iter().map(|s| s.radius).fold(f64::INFINITY, f64::min)
 }
 
 /// Atom types count from 1.
@@ -310,7 +305,7 @@ impl Script {
             rolling: rolling_model(model).unwrap_or(""),
             drag: model.extra.drag,
             processors: options.processors_text(model),
-            skin: SKIN * smallest_radius(model),
+            skin: SKIN * model.smallest_radius(),
             points: points.len(),
             point_type: point_type(model),
             material_names: model
@@ -543,7 +538,7 @@ pub fn atoms<'a>(model: &'a Model, points: &'a [Extra]) -> Table<'a> {
                 number += 1;
             }
         }
-        let (kind, r) = (point_type(model), POINT_RADIUS * smallest_radius(model));
+        let (kind, r) = (point_type(model), POINT_RADIUS * model.smallest_radius());
         for (number, Extra { body, molecule, point }) in points.iter().enumerate() {
             let place = model.bodies[*body].position + point.offset;
             let density = point.mass / sphere_volume(r);

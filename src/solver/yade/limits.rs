@@ -14,6 +14,7 @@ pub fn of(model: &Model) -> Vec<Limit> {
         return Vec::new();
     }
     let mut limits = Vec::new();
+    run(model, &mut limits);
     law(model, &mut limits);
     bodies(model, &mut limits);
     materials(model, &mut limits);
@@ -21,7 +22,8 @@ pub fn of(model: &Model) -> Vec<Limit> {
     limits
 }
 
-fn law(model: &Model, limits: &mut Vec<Limit>) {
+/// What the deck cannot do in the course of a run.
+fn run(model: &Model, limits: &mut Vec<Limit>) {
     let (needs, plan) = (model.needs(), &model.plan);
     if model.bodies.is_empty() {
         limits.push(Limit::refused("a deck needs at least one body"));
@@ -68,6 +70,11 @@ fn law(model: &Model, limits: &mut Vec<Limit>) {
             ));
         }
     }
+}
+
+/// In what contacts and motion differ.
+fn law(model: &Model, limits: &mut Vec<Limit>) {
+    let (needs, plan) = (model.needs(), &model.plan);
     if plan.law.tension && needs.normal_damping {
         limits.push(Limit::differs("the normal force never pulls: it is cut at 0 (ViscEl law)"));
     }

@@ -10,7 +10,7 @@ mod values;
 
 use super::deck::{Deck, DeckOptions, Draft};
 use super::program::Program;
-use super::{Installation, Limit, Solver, SolverError};
+use super::{Limit, Solver, SolverError};
 use crate::model::{Law, Model, Run, Scheme};
 use crate::num::Job;
 use std::path::Path;
@@ -19,6 +19,7 @@ use std::path::Path;
 pub struct Yade;
 
 const PROGRAM: Program = Program {
+    key: "yade",
     name: "YADE 2023.02a",
     command: "yade",
     variable: "RIPRAP_YADE",
@@ -31,20 +32,8 @@ const PROGRAM: Program = Program {
 };
 
 impl Solver for Yade {
-    fn key(&self) -> &'static str {
-        "yade"
-    }
-
-    fn name(&self) -> &'static str {
-        PROGRAM.name
-    }
-
-    fn find(&self) -> Option<Installation> {
-        PROGRAM.find()
-    }
-
-    fn how_to_install(&self) -> &'static str {
-        PROGRAM.how_to_install
+    fn program(&self) -> &'static Program {
+        &PROGRAM
     }
 
     fn takes_ranks(&self) -> bool {

@@ -126,7 +126,7 @@ impl Script {
             room: room(model),
             servos: servos(model),
             moves: moves(model),
-            verlet: VERLET * model.spheres.iter().map(|s| s.radius).fold(f64::INFINITY, f64::min),
+            verlet: VERLET * model.smallest_radius(),
             damping: model.local_damping,
             gravity: plain(&model.gravity),
             cell: model.periodic.map_or([0.0; 3], |cell| plain(&cell.bounds.size())),

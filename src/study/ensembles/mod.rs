@@ -19,7 +19,7 @@ use crate::num::Job;
 use crate::num::statistics::mean;
 use crate::report::chart::{Axis, Chart, Series};
 use crate::report::findings::{Cell, Findings, Sheet};
-use crate::solver::{self, DeckOptions, LimitKind, Solver};
+use crate::solver::{self, DeckOptions, Solver};
 use scenes::{Bulk, Extent, SCENES};
 
 /// What an effort computes.
@@ -260,8 +260,7 @@ impl Work<'_> {
 fn refusal(code: Code, bulk: &Bulk, extent: Extent) -> Option<String> {
     let Code::Theirs(solver) = code else { return None };
     let model = scenes::model(bulk, extent, 1, Scheme::Leapfrog, 20.0);
-    let limits = solver.limits(&model).into_iter();
-    limits.filter(|limit| limit.kind == LimitKind::Refused).map(|limit| limit.what).next()
+    solver.refusal(&model).map(|limit| limit.what)
 }
 
 fn reference_rows(bulk: &Bulk, per_contact: f64, sample: &Sample) -> Vec<Vec<Cell>> {

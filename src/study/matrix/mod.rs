@@ -13,14 +13,14 @@ mod limit;
 
 use super::{StudyError, go_on};
 use crate::dem;
-use crate::model::Frame;
+use crate::model::{Frame, Model};
 use crate::num::Job;
 use crate::report::findings::{Cell, Findings, Sheet};
-use crate::report::gallery::{self, Colouring};
+use crate::report::gallery;
 use crate::report::picture::Picture;
-use crate::scene::comparing::Compared;
+use crate::scene::compared::Compared;
 use crate::scene::road::{Road, RoadError};
-use crate::solver::{Deck, DeckOptions, LimitKind, Solver};
+use crate::solver::{Deck, DeckOptions, Solver};
 use cases::Case;
 use std::path::Path;
 
@@ -40,6 +40,21 @@ struct Row {
     cpu: f64,
     verdict: String,
     fails: bool,
+}
+
+impl Row {
+    /// As a row of the sheet of verdicts.
+    fn cells(self, case: &Case) -> Vec<Cell> {
+        vec![
+            case.key.as_str().into(),
+            self.solver.into(),
+            self.from_twin.into(),
+            case.tolerance.into(),
+            self.from_ours.into(),
+            self.cpu.into(),
+            self.verdict.into(),
+        ]
+    }
 }
 
 /// Runs all cases whose key holds `only` in `solvers`; scenes and reports go into
@@ -86,29 +101,19 @@ pub fn run(
                 passed = false;
                 outside.push(format!("{} in {}", case.key, row.solver));
             }
-            rows.push(vec![
-                case.key.as_str().into(),
-                row.solver.into(),
-                row.from_twin.into(),
-                case.tolerance.into(),
-                row.from_ours.into(),
-                row.cpu.into(),
-                row.verdict.into(),
-            ]);
+            rows.push(row.cells(case));
         }
     }
-    let remarks = vec![
-        if passed {
-            format!(
-                "No case of {} ({verdicts} verdicts) is outside its tolerance without a known reason.",
-                chosen.len()
-            )
-        } else {
-            format!("Outside their tolerance: {}.", outside.join(", "))
-        },
-        "Scenes, decks and the report of each case (pictures, charts, energies) are in cases/."
-            .into(),
-    ];
+    let said = if passed {
+        let count = chosen.len();
+        format!(
+            "No case of {count} ({verdicts} verdicts) is outside its tolerance without a known reason."
+        )
+    } else {
+        format!("Outside their tolerance: {}.", outside.join(", "))
+    };
+    let where_all_is =
+        "Scenes, decks and the report of each case (pictures, charts, energies) are in cases/.";
     Ok(Matrix {
         passed,
         findings: Findings {
@@ -116,7 +121,7 @@ pub fn run(
             question: "Does riprap in each solver's own scheme compute what the solver computes, \
                        and do all solvers have riprap's limit as the step goes to zero?"
                 .into(),
-            remarks,
+            remarks: vec![said, where_all_is.into()],
             tables: tables(solvers, overview, rows, limits),
             charts,
             pictures,
@@ -133,7 +138,7 @@ fn picture(road: &mut Road, case: &Case) -> Result<(String, String, String, Pict
     let model = built.model;
     let run = dem::run(&model, &road.job).map_err(|error| StudyError::Work(error.to_string()))?;
     let frames: Vec<&Frame> = run.frames.first().into_iter().chain(run.frames.last()).collect();
-    let halves = gallery::states(&model, &frames, Colouring::Body, HALF[0], HALF[1]);
+    let halves = gallery::states(&model, &frames, HALF[0], HALF[1]);
     let name = format!("case-{}", case.key);
     Ok((name, case.key.clone(), case.what.clone(), Picture::beside(&halves)))
 }
@@ -213,22 +218,7 @@ fn tables(
         },
     ];
     if !limits.is_empty() {
-        sheets.insert(
-            2,
-            Sheet {
-                key: "limits".into(),
-                title: "Same limit as the step goes to zero?".into(),
-                caption: "Largest difference of the velocities after the impact from riprap's \
-                          path_averaged at an eighth of the smallest step, over the largest \
-                          velocity. The order is that of the solver's own convergence, from its \
-                          last three steps; what is left is the difference of the contact laws."
-                    .into(),
-                columns: names(&[
-                    "case", "solver", "4 us", "2 us", "1 us", "0.5 us", "order", "CPU [s]",
-                ]),
-                rows: limits,
-            },
-        );
+        sheets.insert(2, limit::sheet(limits));
     }
     sheets
 }
@@ -339,6 +329,24 @@ fn cannot(message: &str) -> Row {
     }
 }
 
+/// The model of a case over its first segment, or as a whole where it has none; a frame at the end.
+fn first_steps(road: &mut Road, case: &Case) -> Result<Model, StudyError> {
+    let (_, built) = road.built().map_err(work)?;
+    let mut model = built.model;
+    model.plan.steps = case.lock_step.map_or(model.plan.steps, |(every, _)| every);
+    model.plan.frame_every = model.plan.steps;
+    Ok(model)
+}
+
+/// Largest distance of a sphere between two frames, in smallest radii; infinite for frames of different steps.
+fn apart(model: &Model, a: &Frame, b: &Frame) -> f64 {
+    if a.step != b.step {
+        return f64::INFINITY;
+    }
+    let far = a.centres.iter().zip(&b.centres).map(|(a, b)| (a - b).norm());
+    far.fold(0.0, f64::max) / model.smallest_radius()
+}
+
 /// Solvers that write restart files: a run that is taken back to the one in its middle and goes on, against
 /// the run in one piece.
 fn resumed(
@@ -346,16 +354,11 @@ fn resumed(
     case: &Case,
     solvers: &[&'static dyn Solver],
 ) -> Result<Vec<Row>, StudyError> {
-    let (_, built) = road.built().map_err(work)?;
-    let mut model = built.model;
-    model.plan.steps = case.lock_step.map_or(model.plan.steps, |(every, _)| every);
-    model.plan.frame_every = model.plan.steps;
-    let radius = model.spheres.iter().map(|s| s.radius).fold(f64::INFINITY, f64::min);
+    let model = first_steps(road, case)?;
     let mut rows = Vec::new();
     for solver in solvers {
-        let limits = solver.limits(&model);
-        if let Some(limit) = limits.into_iter().find(|limit| limit.kind == LimitKind::Refused) {
-            rows.push(cannot(&format!("{} cannot run this scene: {}", solver.name(), limit.what)));
+        if let Some(refusal) = solver.refusal(&model) {
+            rows.push(cannot(&refusal.of(*solver)));
             continue;
         }
         let done = road.export(*solver, &model, &DeckOptions::default()).and_then(|deck| {
@@ -369,8 +372,7 @@ fn resumed(
                 let (Some(a), Some(b)) = (whole.frames.last(), rest.frames.last()) else {
                     continue;
                 };
-                let far = a.centres.iter().zip(&b.centres).map(|(a, b)| (a - b).norm() / radius);
-                let far = if a.step == b.step { far.fold(0.0, f64::max) } else { f64::INFINITY };
+                let far = apart(&model, a, b);
                 let name = format!("{}, resumed", solver.name());
                 rows.push(judged(case, solver.key(), name, far, f64::NAN, rest.cost.cpu_seconds));
             }
@@ -399,11 +401,7 @@ fn on_two_ranks(
     case: &Case,
     solvers: &[&'static dyn Solver],
 ) -> Result<Vec<Row>, StudyError> {
-    let (_, built) = road.built().map_err(work)?;
-    let mut model = built.model;
-    model.plan.steps = case.lock_step.map_or(model.plan.steps, |(every, _)| every);
-    model.plan.frame_every = model.plan.steps;
-    let radius = model.spheres.iter().map(|s| s.radius).fold(f64::INFINITY, f64::min);
+    let model = first_steps(road, case)?;
     let mut rows = Vec::new();
     for solver in solvers.iter().filter(|solver| solver.takes_ranks()) {
         let mut ends = Vec::new();
@@ -422,8 +420,7 @@ fn on_two_ranks(
             }
         }
         let [one, two] = ends.as_slice() else { continue };
-        let far = one.centres.iter().zip(&two.centres).map(|(a, b)| (a - b).norm() / radius);
-        let far = far.fold(0.0, f64::max);
+        let far = apart(&model, one, two);
         let name = format!("{}, 2 ranks against 1", solver.name());
         rows.push(judged(case, solver.key(), name, far, f64::NAN, cpu));
     }

@@ -14,7 +14,52 @@ pub fn findings(
     pressed: &[Fault],
     searches: &[Search],
 ) -> Findings {
-    let sheet = Sheet {
+    let chart_of = |title: &str, quantities: &[&str], dimensions: &[usize]| {
+        let curves = curves(rows, quantities, dimensions, |row| row.seconds);
+        let title = format!("{title}: distance from the reference over CPU time");
+        work_precision(&title, &curves, "relative difference", "", None)
+    };
+    let over_number = |title: &str, quantities: &[&str], dimensions: &[usize]| Chart {
+        title: format!("{title}: distance from the reference over the number of balls"),
+        caption: "Methods with one number of balls are dots.".into(),
+        x: Axis::log("balls", ""),
+        y: Axis::log("relative difference", ""),
+        series: curves(rows, quantities, dimensions, |row| row.balls as f64)
+            .into_iter()
+            .map(|(name, points)| Series { name, points, dots: true })
+            .collect(),
+        mark: None,
+    };
+    let solids = ["solid fraction", "share of pores"];
+    let chart = Chart {
+        title: "Share of pores of random Apollonian packings".into(),
+        caption: "Straight lines of slope −(d − D)/D: D near 1.565 and 2.73.".into(),
+        x: Axis::log("balls", ""),
+        y: Axis::log("share of pores", ""),
+        series: pores,
+        mark: None,
+    };
+    Findings {
+        title: "Packing methods against what is known of them".into(),
+        question: "How far is each method from its reference (density, dimension, coordination), at what CPU time and number of balls?".into(),
+        remarks: remarks(rows),
+        tables: vec![sheet(rows), neighbours::sheet(searches), faults::sheet(pressed)],
+        charts: [vec![
+            ("packing-solids-2d".into(), chart_of("Solid fraction, discs", &solids, &[2])),
+            ("packing-solids-3d".into(), chart_of("Solid fraction, spheres", &solids, &[3])),
+            ("packing-dimension".into(), chart_of("Dimension", &["dimension"], &[2, 3])),
+            ("packing-contacts".into(), chart_of("Contacts a ball", &["contacts a ball"], &[2, 3])),
+            ("packing-solids-number".into(), over_number("Solid fraction", &solids, &[2, 3])),
+            ("packing-dimension-number".into(), over_number("Dimension", &["dimension"], &[2, 3])),
+            ("packing-contacts-number".into(), over_number("Contacts a ball", &["contacts a ball"], &[2, 3])),
+            ("packing-pores".into(), chart),
+        ], faults::charts(pressed), neighbours::charts(searches)].concat(),
+        pictures: Vec::new(),
+    }
+}
+
+fn sheet(rows: &[Row]) -> Sheet {
+    Sheet {
         key: "packing".into(),
         title: "Each method against its reference".into(),
         caption: "Means over samples of other seeds with their standard errors; CPU seconds of this machine for one. A difference is relative.".into(),
@@ -53,67 +98,32 @@ pub fn findings(
                 ]
             })
             .collect(),
-    };
-    let curves_of = |quantities: &[&str], dimensions: &[usize], over: fn(&Row) -> f64| {
-        let mut curves: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
-        let shown = |row: &&Row| {
-            quantities.contains(&row.quantity)
-                && dimensions.contains(&row.dimension)
-                && row.method != "apollonian"
-                && row.reference.is_finite()
-        };
-        for row in rows.iter().filter(shown) {
-            let name = format!("{} {}-D", row.method, row.dimension);
-            let point = (over(row), (row.found / row.reference - 1.0).abs());
-            match curves.iter_mut().find(|curve| curve.0 == name) {
-                Some(curve) => curve.1.push(point),
-                None => curves.push((name, vec![point])),
-            }
-        }
-        curves
-    };
-    let chart_of = |title: &str, quantities: &[&str], dimensions: &[usize]| {
-        let curves = curves_of(quantities, dimensions, |row| row.seconds);
-        let title = format!("{title}: distance from the reference over CPU time");
-        work_precision(&title, &curves, "relative difference", "", None)
-    };
-    let over_number = |title: &str, quantities: &[&str], dimensions: &[usize]| Chart {
-        title: format!("{title}: distance from the reference over the number of balls"),
-        caption: "Methods with one number of balls are dots.".into(),
-        x: Axis::log("balls", ""),
-        y: Axis::log("relative difference", ""),
-        series: curves_of(quantities, dimensions, |row| row.balls as f64)
-            .into_iter()
-            .map(|(name, points)| Series { name, points, dots: true })
-            .collect(),
-        mark: None,
-    };
-    let solids = ["solid fraction", "share of pores"];
-    let chart = Chart {
-        title: "Share of pores of random Apollonian packings".into(),
-        caption: "Straight lines of slope −(d − D)/D: D near 1.565 and 2.73.".into(),
-        x: Axis::log("balls", ""),
-        y: Axis::log("share of pores", ""),
-        series: pores,
-        mark: None,
-    };
-    Findings {
-        title: "Packing methods against what is known of them".into(),
-        question: "How far is each method from its reference (density, dimension, coordination), at what CPU time and number of balls?".into(),
-        remarks: remarks(rows),
-        tables: vec![sheet, neighbours::sheet(searches), faults::sheet(pressed)],
-        charts: [vec![
-            ("packing-solids-2d".into(), chart_of("Solid fraction, discs", &solids, &[2])),
-            ("packing-solids-3d".into(), chart_of("Solid fraction, spheres", &solids, &[3])),
-            ("packing-dimension".into(), chart_of("Dimension", &["dimension"], &[2, 3])),
-            ("packing-contacts".into(), chart_of("Contacts a ball", &["contacts a ball"], &[2, 3])),
-            ("packing-solids-number".into(), over_number("Solid fraction", &solids, &[2, 3])),
-            ("packing-dimension-number".into(), over_number("Dimension", &["dimension"], &[2, 3])),
-            ("packing-contacts-number".into(), over_number("Contacts a ball", &["contacts a ball"], &[2, 3])),
-            ("packing-pores".into(), chart),
-        ], faults::charts(pressed), neighbours::charts(searches)].concat(),
-        pictures: Vec::new(),
     }
+}
+
+/// A curve a method: distance from the reference over what `over` gives.
+fn curves(
+    rows: &[Row],
+    quantities: &[&str],
+    dimensions: &[usize],
+    over: fn(&Row) -> f64,
+) -> Vec<(String, Vec<(f64, f64)>)> {
+    let mut curves: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
+    let shown = |row: &&Row| {
+        quantities.contains(&row.quantity)
+            && dimensions.contains(&row.dimension)
+            && row.method != "apollonian"
+            && row.reference.is_finite()
+    };
+    for row in rows.iter().filter(shown) {
+        let name = format!("{} {}-D", row.method, row.dimension);
+        let point = (over(row), (row.found / row.reference - 1.0).abs());
+        match curves.iter_mut().find(|curve| curve.0 == name) {
+            Some(curve) => curve.1.push(point),
+            None => curves.push((name, vec![point])),
+        }
+    }
+    curves
 }
 
 /// One sentence a method and quantity: the largest case.
