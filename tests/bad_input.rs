@@ -45,7 +45,7 @@ const SCENES: &[Row] = &[
     ("misspelt table", "[plan]", "[plann]", &["plann"]),
     ("wrong unit", "\"10 mm\"", "\"10 kg\"", &["`kg` is not a unit of length", "mm", ":8:8"]),
     ("no number", "\"10 mm\"", "\"ten mm\"", &["is not a length"]),
-    ("wrong type", "count = 2", "count = \"two\"", &["expected u32", ":7:9"]),
+    ("wrong type", "count = 2", "count = \"two\"", &["expected a whole number from 0", ":7:9"]),
     ("negative count", "count = 2", "count = -2", &[":7:9"]),
     ("zero grains", "count = 2", "count = 0", &["`grains[0].count` is 0", "at least 1"]),
     ("negative size", "\"10 mm\"", "\"-10 mm\"", &["`grains[0].size` is -0.01", "greater than 0"]),
@@ -72,6 +72,14 @@ const SCENES: &[Row] = &[
         "shape.files = { files = [\"nothing.stl\"] }\nclump.normals = {}",
         &["nothing.stl"],
     ),
+    (
+        "density zero",
+        "\"2500 kg/m3\"",
+        "0",
+        &["`materials.glass.density` is 0", "greater than 0", ":12:11"],
+    ),
+    ("too many grains", "count = 2", "count = 4000000000", &["4000000000", "at most 100000000"]),
+    ("two packings", "[packing.random]", "[packing.array]\n[packing.random]", &["keep one"]),
     ("density NaN", "\"2500 kg/m3\"", "nan", &["density must be a finite number"]),
     ("no density", "density = \"2500 kg/m3\"", "", &["material without a density"]),
     (

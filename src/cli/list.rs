@@ -90,14 +90,14 @@ fn lines(kind: Kind) -> Vec<Line> {
             .into_iter()
             .map(|solver| {
                 let found = match solver.find() {
-                    Some(found) => format!("{} at {}", found.version, found.program.display()),
-                    None => format!("not installed; {}", solver.how_to_install()),
+                    Some(found) => format!("is {} at {}", found.version, found.program.display()),
+                    None => solver.absence(),
                 };
                 Line {
                     kind: "solver",
                     key: solver.key().to_owned(),
                     id: String::new(),
-                    summary: format!("{}: {found}", solver.name()),
+                    summary: format!("{} {found}", solver.name()),
                     source: String::new(),
                     example: "",
                 }

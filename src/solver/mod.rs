@@ -43,8 +43,9 @@ pub trait Solver: Sync {
     /// `RIPRAP_YADE` or `RIPRAP_LAMMPS` where it is set, else from `PATH`; `None` if there is
     /// none that starts.
     fn find(&self) -> Option<Installation>;
-    /// How to get it, as the end of a sentence: "... is not installed; {this}".
-    fn how_to_install(&self) -> &'static str;
+    /// Why [`Self::find`] finds none and how to get it: the end of a sentence that starts with
+    /// its name, "is not installed; …".
+    fn absence(&self) -> String;
     /// True if its decks can be run on several MPI ranks.
     fn takes_ranks(&self) -> bool;
     /// Scheme and law with which our own DEM computes what its decks compute, to rounding;
@@ -182,7 +183,7 @@ pub enum SolverError {
         problem: String,
     },
     /// The solver ended with an error before it wrote a frame.
-    #[error("{solver} ended with {status} before it wrote anything:\n{tail}")]
+    #[error("{solver} ended with {status} before it wrote anything{}", said(tail))]
     Solver {
         /// Name of the solver.
         solver: &'static str,
@@ -199,6 +200,11 @@ pub enum SolverError {
         /// What is wrong with it.
         problem: String,
     },
+}
+
+/// Last lines of output as the end of a message.
+fn said(tail: &str) -> String {
+    if tail.trim().is_empty() { "; it said nothing".to_owned() } else { format!(":\n{tail}") }
 }
 
 impl SolverError {

@@ -43,8 +43,8 @@ impl Solver for Yade {
         PROGRAM.find()
     }
 
-    fn how_to_install(&self) -> &'static str {
-        PROGRAM.how_to_install
+    fn absence(&self) -> String {
+        PROGRAM.absence()
     }
 
     fn takes_ranks(&self) -> bool {
