@@ -133,6 +133,7 @@ const SCENES: &[Row] = &[
         "\"5 mm\", \"5 mm\", \"5 mm\"",
         &["places no grain"],
     ),
+    ("key under a table", "tries = 100", "tries = 100\nseed = 1", &["`seed` stands at the top"]),
     ("unknown packing", "[packing.random]", "[packing.rnadom]", &["rnadom", "random"]),
     ("zero tries", "tries = 100", "tries = 0", &["packing.random.tries"]),
     ("negative duration", "\"1 ms\"", "\"-1 ms\"", &["`plan.duration` is -0.001"]),

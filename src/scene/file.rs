@@ -165,9 +165,29 @@ fn with_suggestion(message: &str) -> String {
         .filter(|(distance, known)| *distance <= 2.max(known.len() / 3));
     match best {
         Some((_, known)) => format!("{message}; did you mean `{known}`?"),
+        None if TOP.contains(&found) && message.starts_with("unknown field ") => {
+            format!(
+                "{message}; `{found}` stands at the top: as a table of its own, [{found}], or above \
+                 the first table of the file"
+            )
+        }
         None => message.to_owned(),
     }
 }
+
+/// Keys at the top of a scene; under a table they belong to that table.
+const TOP: [&str; 10] = [
+    "title",
+    "dimension",
+    "seed",
+    "mixture",
+    "contact",
+    "container",
+    "packing",
+    "plan",
+    "output",
+    "compare",
+];
 
 /// Levenshtein distance.
 fn edit_distance(a: &str, b: &str) -> usize {
