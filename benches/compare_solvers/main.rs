@@ -25,7 +25,7 @@ const BENCHES: [(&str, &[Code], u64); 6] = [
         &[Code::Riprap(1), Code::Riprap(2), Code::Lammps, Code::Liggghts, Code::Yade],
         2_000,
     ),
-    ("A100000", &[Code::Riprap(1), Code::Lammps, Code::Liggghts, Code::Yade], 200),
+    ("A100000", &[Code::Riprap(1), Code::Lammps, Code::Liggghts, Code::Yade], 600),
     ("A1000000", &[Code::Riprap(1)], 30),
     ("B", &[Code::Riprap(1), Code::Liggghts, Code::Yade], 2_000),
     ("C", &[Code::Riprap(1), Code::Liggghts, Code::Yade], 2_000),

@@ -22,7 +22,7 @@ const STYLES: Styles = Styles::styled()
   riprap compare work/scene.toml    the same in the installed solvers, with a report
 
 Exit codes: 0 done; 1 the work failed or a comparison is outside its tolerance;
-2 the input is wrong; 3 an outside solver is missing or failed.")]
+2 the input is wrong; 3 an outside solver is missing or failed; 130 stopped by Ctrl-C or a signal.")]
 pub struct Arguments {
     /// Say only what went wrong.
     #[arg(short, long, global = true)]
@@ -54,7 +54,7 @@ pub enum Verb {
     /// List methods with their keys, sources and what they do.
     List(List),
     /// Read and judge a scene; run nothing.
-    Check(SceneOnly),
+    Check(Check),
     /// Make the random particles of a scene as STL.
     Generate(Generate),
     /// Reproduce the particles of a scene, or one mesh, as clumps of spheres.
@@ -134,6 +134,16 @@ pub enum Kind {
     Formats,
     /// Studies of error against run time.
     Studies,
+}
+
+/// `riprap check`.
+#[derive(Debug, Args)]
+pub struct Check {
+    /// Scene file (TOML).
+    pub scene: PathBuf,
+    /// Nothing is written; taken so that it need not be taken out of a command line.
+    #[arg(short, long, value_name = "DIR", hide = true)]
+    pub output: Option<PathBuf>,
 }
 
 /// `riprap generate`.
@@ -295,7 +305,7 @@ pub struct Measure {
     #[arg(long, value_name = "R", requires = "at")]
     pub radius: Vec<f64>,
     /// Measure spheres in layers along the last axis, with radial distribution and stress.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub layers: Option<u16>,
     /// Local measures: measuring spheres of this radius, m, side by side through the container.
     #[arg(long, value_name = "R")]
@@ -347,7 +357,7 @@ pub struct View {
     /// Meshes, clumps, packings or states, drawn side by side; states to one scale.
     #[arg(required = true, value_name = "FILE")]
     pub inputs: Vec<PathBuf>,
-    /// PNG file to write.
+    /// PNG file to write: NAME.png.
     #[arg(short, long, value_name = "PNG")]
     pub output: PathBuf,
     /// Width of the picture of each file, pixels.

@@ -1,12 +1,12 @@
 //! `riprap check`: judges a scene, runs nothing.
 
-use super::arguments::SceneOnly;
 use super::{Ending, Screen};
 use crate::scene::Loaded;
 use crate::scene::verdict::{Lists, Verdict};
+use std::path::Path;
 
-pub fn check(arguments: &SceneOnly, screen: &Screen) -> Result<(), Ending> {
-    let loaded = Loaded::read(&arguments.scene)?;
+pub fn check(scene: &Path, screen: &Screen) -> Result<(), Ending> {
+    let loaded = Loaded::read(scene)?;
     let verdict = Verdict::of(&loaded, &screen.job())?;
     screen.result(&verdict, &text(&verdict))
 }
@@ -40,9 +40,8 @@ fn text(v: &Verdict) -> String {
     line("lists", lists(&v.lists));
     line("needs", v.needs.join(", "));
     line("left out", v.left_out.join(", "));
-    for note in &v.solvers {
-        line("note", note.clone());
-    }
+    v.warnings.iter().for_each(|warning| line("warning", warning.clone()));
+    v.solvers.iter().for_each(|note| line("note", note.clone()));
     text
 }
 
@@ -57,7 +56,7 @@ fn lists(lists: &Lists) -> String {
             "at most about {} rebuilds, one every {steps} steps at the fastest speed expected",
             lists.rebuilds
         ),
-        None => "one build: nothing moves".to_owned(),
+        None => "one build where nothing moves; no speed can be foreseen".to_owned(),
     });
     text
 }

@@ -11,6 +11,9 @@ use crate::study;
 use serde_json::json;
 
 pub fn compare(arguments: &Compare, screen: &Screen) -> Result<(), Ending> {
+    if arguments.only.is_some() && !arguments.all {
+        return Err(Ending::Input("--only chooses cases of --all; give --all too".to_owned()));
+    }
     let solvers = chosen(&arguments.with, screen)?;
     let Some(scene) = &arguments.scene else { return matrix(arguments, &solvers, screen) };
     let mut road = Road::open(scene, arguments.output.as_deref(), screen.job())?;
@@ -84,7 +87,10 @@ fn lock_step(
     if let Some(failure) = found.failures.first() {
         return Err(Ending::Solver(failure.clone()));
     }
-    if found.passed() || solvers.is_empty() {
+    if solvers.is_empty() {
+        return Err(Ending::Solver("no outside solver is installed: nothing was compared".into()));
+    }
+    if found.passed() {
         return Ok(());
     }
     Err(Ending::Work(format!(
@@ -99,22 +105,14 @@ pub fn chosen(keys: &[String], screen: &Screen) -> Result<Vec<&'static dyn Solve
         let solvers = named(keys)?;
         let missing = solvers.iter().find(|solver| solver.find().is_none());
         return match missing {
-            Some(solver) => Err(Ending::Solver(format!(
-                "{} is not installed; {}",
-                solver.name(),
-                solver.how_to_install()
-            ))),
+            Some(solver) => Err(Ending::Solver(format!("{} {}", solver.name(), solver.absence()))),
             None => Ok(solvers),
         };
     }
     let (found, missing): (Vec<_>, Vec<_>) =
         solver::all().into_iter().partition(|s| s.find().is_some());
     for solver in missing {
-        screen.warn(&format!(
-            "{} was not found and is left out; {}",
-            solver.name(),
-            solver.how_to_install()
-        ));
+        screen.warn(&format!("{} is left out: it {}", solver.name(), solver.absence()));
     }
     Ok(found)
 }

@@ -13,9 +13,12 @@ pub fn export(arguments: &Export, screen: &Screen) -> Result<(), Ending> {
     let (_, built) = road.built()?;
     let mut text = String::new();
     let mut written = Vec::new();
+    let mut unable = Vec::new();
     for solver in solvers {
         if let Some(refusal) = solver.refusal(&built.model) {
-            return Err(Ending::Work(refusal.of(solver)));
+            // The others get their decks all the same.
+            unable.push(refusal.of(solver));
+            continue;
         }
         let limits = solver.limits(&built.model);
         for limit in &limits {
@@ -27,7 +30,8 @@ pub fn export(arguments: &Export, screen: &Screen) -> Result<(), Ending> {
         let notes: Vec<&str> = limits.iter().map(|limit| limit.what.as_str()).collect();
         written.push(json!({ "solver": solver.key(), "folder": deck.folder, "notes": notes }));
     }
-    screen.result(&json!({ "decks": written }), &text)
+    screen.result(&json!({ "decks": written, "unable": unable }), &text)?;
+    if unable.is_empty() { Ok(()) } else { Err(Ending::Work(unable.join("\n"))) }
 }
 
 /// Ranks and processor grid for solvers that take them, one rank for the others.
@@ -43,9 +47,13 @@ fn options(arguments: &Export, solver: &dyn Solver, screen: &Screen) -> solver::
     one
 }
 
-/// The solvers with these keys.
+/// The solvers with these keys, each once.
 pub fn named(keys: &[String]) -> Result<Vec<&'static dyn Solver>, Ending> {
+    let twice = |at: usize| keys[..at].contains(&keys[at]);
     keys.iter()
+        .enumerate()
+        .filter(|(at, _)| !twice(*at))
+        .map(|(_, key)| key)
         .map(|key| {
             solver::all().into_iter().find(|solver| solver.key() == key).ok_or_else(|| {
                 let known: Vec<&str> = solver::all().iter().map(|solver| solver.key()).collect();

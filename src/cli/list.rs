@@ -89,15 +89,18 @@ fn lines(kind: Kind) -> Vec<Line> {
         Kind::Solvers => solver::all()
             .into_iter()
             .map(|solver| {
-                let found = match solver.find() {
-                    Some(found) => format!("{} at {}", found.version, found.program.display()),
-                    None => format!("not installed; {}", solver.how_to_install()),
+                let name = solver.name();
+                let summary = match solver.find() {
+                    Some(found) => {
+                        format!("{name}: {} at {}", found.version, found.program.display())
+                    }
+                    None => format!("{name} {}", solver.absence()),
                 };
                 Line {
                     kind: "solver",
                     key: solver.key().to_owned(),
                     id: String::new(),
-                    summary: format!("{}: {found}", solver.name()),
+                    summary,
                     source: String::new(),
                     example: "",
                 }

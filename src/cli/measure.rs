@@ -9,7 +9,7 @@ use crate::scene::measuring;
 use crate::scene::surveying::{self, Survey};
 use serde::Serialize;
 use serde_json::{Value, json};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 pub fn measure(arguments: &Measure, screen: &Screen) -> Result<(), Ending> {
     if let Some(wanted) = wanted(arguments)? {
@@ -106,20 +106,32 @@ fn wanted(arguments: &Measure) -> Result<Option<Survey>, Ending> {
     }))
 }
 
+/// A folder for each of several files: its name without extension, numbered where others have it too.
+fn folders(files: &[PathBuf]) -> Vec<String> {
+    let mut taken: Vec<String> = Vec::new();
+    for path in files {
+        let stem = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+        let free = |name: &String| !taken.contains(name);
+        let numbered = (2..).map(|number| format!("{stem}-{number}"));
+        // Numbers go on until one is free.
+        let name = std::iter::once(stem.clone()).chain(numbered).find(free).unwrap_or(stem);
+        taken.push(name);
+    }
+    taken
+}
+
 /// Rows of a table that a terminal still shows.
 const SHOWN: usize = 40;
 
 /// Measuring spheres, layers, radial distribution of each file.
 fn survey(arguments: &Measure, wanted: &Survey, screen: &Screen) -> Result<(), Ending> {
     let (mut values, mut text) = (Vec::new(), String::new());
-    for path in &arguments.files {
+    let folders = folders(&arguments.files);
+    for (path, own) in arguments.files.iter().zip(&folders) {
         let found = surveying::survey(path, wanted)?;
         let mut files = Vec::new();
         if let Some(folder) = &arguments.output {
-            let folder = match (arguments.files.len(), path.file_stem()) {
-                (2.., Some(stem)) => folder.join(stem),
-                _ => folder.clone(),
-            };
+            let folder = if folders.len() > 1 { folder.join(own) } else { folder.clone() };
             files = found.write(&folder, &format!("riprap measure {}", path.display()))?;
             screen.say(&format!("wrote {} files into {}", files.len(), folder.display()));
         }
@@ -128,4 +140,15 @@ fn survey(arguments: &Measure, wanted: &Survey, screen: &Screen) -> Result<(), E
         text.push_str(&Findings { tables: short.collect(), ..found.clone() }.text());
     }
     screen.result(&json!({ "files": values }), &text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_of_one_name_get_folders_of_their_own() {
+        let files = ["a/final.csv", "b/final.csv", "final-2.csv", "c.csv"].map(PathBuf::from);
+        assert_eq!(folders(&files), ["final", "final-2", "final-2-2", "c"]);
+    }
 }

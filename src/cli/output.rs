@@ -68,7 +68,21 @@ macro_rules! is_input {
     )*};
 }
 
-is_input!(SceneError, FormatError, DemError, ShapeError, GeometryError, ReportError);
+is_input!(SceneError, DemError, ShapeError, GeometryError, ReportError);
+
+impl From<FormatError> for Ending {
+    fn from(error: FormatError) -> Self {
+        use std::io::ErrorKind::{QuotaExceeded, StorageFull};
+        match &error {
+            FormatError::Io { source, .. }
+                if matches!(source.kind(), StorageFull | QuotaExceeded) =>
+            {
+                Self::Work(error.to_string())
+            }
+            _ => Self::Input(error.to_string()),
+        }
+    }
+}
 
 impl From<ClumpError> for Ending {
     fn from(error: ClumpError) -> Self {
@@ -100,6 +114,8 @@ pub struct Screen {
     job: Job,
     bar: Arc<Bar>,
     cancelled: Arc<AtomicBool>,
+    /// True once something went to standard output.
+    printed: AtomicBool,
 }
 
 impl Screen {
@@ -138,7 +154,15 @@ impl Screen {
             verbose: arguments.verbose,
         });
         let job = Job::new(threads, Arc::clone(&bar) as _, Arc::clone(&cancelled));
-        Ok(Self { quiet: arguments.quiet, json: arguments.json, colour, job, bar, cancelled })
+        Ok(Self {
+            quiet: arguments.quiet,
+            json: arguments.json,
+            colour,
+            job,
+            bar,
+            cancelled,
+            printed: AtomicBool::new(false),
+        })
     }
 
     /// Surroundings for long work.
@@ -203,6 +227,7 @@ impl Screen {
     /// Standard output that cannot be written.
     pub fn raw(&self, bytes: &[u8]) -> Result<(), Ending> {
         self.bar.clear();
+        self.printed.store(true, Ordering::Relaxed);
         let mut out = std::io::stdout().lock();
         out.write_all(bytes)?;
         out.flush()?;
@@ -222,8 +247,18 @@ impl Screen {
         let code = if self.cancelled.load(Ordering::Relaxed) { 130 } else { code };
         let mark = if self.colour { "\x1b[31;1merror\x1b[0m" } else { "error" };
         let _ = writeln!(std::io::stderr().lock(), "{mark}: {message}");
+        if self.json && !self.printed.load(Ordering::Relaxed) {
+            print_error(code, &message);
+        }
         ExitCode::from(code)
     }
+}
+
+/// An ending without a result as the one JSON object.
+pub fn print_error(code: u8, message: &str) {
+    let value = serde_json::json!({ "error": message, "exit_code": code });
+    // The exit code says it too, so a closed standard output changes nothing.
+    let _ = writeln!(std::io::stdout().lock(), "{value:#}");
 }
 
 /// A progress bar that appears with the first report of each kind of work.

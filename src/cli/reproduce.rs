@@ -38,6 +38,15 @@ fn of_scene(arguments: &Reproduce, screen: &Screen) -> Result<(), Ending> {
 }
 
 fn of_mesh(arguments: &Reproduce, screen: &Screen) -> Result<(), Ending> {
+    let output =
+        arguments.output.clone().unwrap_or_else(|| arguments.input.with_extension("clump.csv"));
+    if !output.extension().is_some_and(|end| end.eq_ignore_ascii_case("csv")) {
+        return Err(Ending::Input(format!(
+            "{}: clumps are CSV files, x,y,z,r a sphere: name it so, NAME.csv; `riprap convert` \
+             makes other formats of it",
+            output.display()
+        )));
+    }
     let name = arguments
         .input
         .file_stem()
@@ -60,8 +69,6 @@ fn of_mesh(arguments: &Reproduce, screen: &Screen) -> Result<(), Ending> {
             clump::reproduce(&solid, &method, MassSource::Solid, 0, 0, &job)?
         }
     };
-    let output =
-        arguments.output.clone().unwrap_or_else(|| arguments.input.with_extension("clump.csv"));
     clump::file::write_as(&output, &clump)?;
     let text = format!("{}{}{}\n", header(), row(&clump), output.display());
     screen.result(&json!({ "output": output, "clump": facts(&clump) }), &text)

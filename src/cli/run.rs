@@ -29,7 +29,7 @@ pub fn run(arguments: &arguments::Run, screen: &Screen) -> Result<(), Ending> {
 pub fn finished(run: &Run) -> Result<(), Ending> {
     match &run.outcome {
         Outcome::Stopped { step, time, reason } => Err(Ending::Work(format!(
-            "{} stopped at step {step} (t = {time:.6} s): {reason}",
+            "{} stopped at step {step} (t = {time:.6e} s): {reason}",
             run.solver
         ))),
         Outcome::Failed { reason } => Err(Ending::Work(reason.clone())),

@@ -9,6 +9,7 @@ impl From<StudyError> for Ending {
     fn from(error: StudyError) -> Self {
         match error {
             StudyError::Cancelled => Self::Cancelled(error.to_string()),
+            StudyError::Input(message) => Self::Input(message),
             StudyError::Work(message) => Self::Work(message),
         }
     }

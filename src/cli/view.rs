@@ -11,6 +11,11 @@ use serde_json::json;
 
 pub fn view(arguments: &View, screen: &Screen) -> Result<(), Ending> {
     let size = [arguments.width as usize, arguments.height as usize];
+    let png = arguments.output.extension().is_some_and(|end| end.eq_ignore_ascii_case("png"));
+    if !png {
+        let name = arguments.output.display();
+        return Err(Ending::Input(format!("{name}: pictures are PNG files; name it so: NAME.png")));
+    }
     let things =
         arguments.inputs.iter().map(|path| format::read(path)).collect::<Result<Vec<_>, _>>()?;
     // States (tables that say which body a sphere belongs to) are drawn to one scale.

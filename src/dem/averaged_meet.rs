@@ -10,8 +10,8 @@
 use super::averaged::{self, Answer, Meeting, respond};
 use super::averaged_pass::{member_at_plane, members};
 use super::contacts::{
-    ANSWERS, GROUP, Pairs, Scratch, Second, ZEROS, check, chunk, chunk_mut, entries, follow,
-    gathered, groups, groups_mut, nearest, version::Version, within,
+    ANSWERS, Checked, GROUP, Scratch, Second, ZEROS, chunk, chunk_mut, entries, follow, gathered,
+    groups, groups_mut, nearest, version::Version, within,
 };
 use super::forces::Field;
 use super::lanes::{Line, Triple, Wide};
@@ -25,7 +25,7 @@ const APART: Line = Line([-1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0, 1.0]);
 /// All sweeps over the same pairs or planes, of which the first `count` are real.
 pub fn sweep<V: Version, K: Kind>(
     field: &Field<'_>,
-    pairs: Pairs<'_>,
+    pairs: Checked<'_>,
     count: usize,
     (book, base): (&mut BookView<'_>, usize),
     scratch: &mut Scratch,
@@ -70,7 +70,7 @@ pub fn sweep<V: Version, K: Kind>(
 }
 
 /// Members of clumps: their bodies are asked one by one.
-fn meet_members<V: Version, K: Kind>(field: &Field<'_>, pairs: Pairs<'_>, scratch: &mut Scratch) {
+fn meet_members<V: Version, K: Kind>(field: &Field<'_>, pairs: Checked<'_>, scratch: &mut Scratch) {
     for at in 0..pairs.first.len() {
         let bits = scratch.touches[at / V::WIDE * V::WIDE];
         if bits >> (at % V::WIDE) & 1 == 0 {
@@ -104,11 +104,10 @@ pub fn meet<
     const MIXED: bool,
 >(
     field: &Field<'_>,
-    pairs: Pairs<'_>,
+    pairs: Checked<'_>,
     (count, touching): (usize, &[bool]),
     scratch: &mut Scratch,
 ) {
-    check(pairs, field, scratch.pulls.len());
     let Field { balls, spins, setting, rule, memory, .. } = field;
     assert!(DAMPING == 0 || memory.lines.len() >= balls.len());
     let alike = L::splat(setting.alike.map_or(0.0, |(_, radius)| radius));
@@ -119,7 +118,7 @@ pub fn meet<
     let touching = groups::<W, _>(touching, whole);
     for group in 0..whole {
         let (at, me, them) = (within::<W>(group * W), &first[group], &second[group]);
-        let (ours, theirs) = (entries(balls, pairs.block, me), entries(balls, 0, them));
+        let (ours, theirs) = (entries(&balls[pairs.block..], me), entries(balls, them));
         let mut rows = [L::row(&ZEROS); W];
         for l in 0..W {
             rows[l] = L::difference(L::row(ours[l].line()), L::row(theirs[l].line()));
@@ -155,7 +154,7 @@ pub fn meet<
             let distance = before.dot(before).sqrt();
             let old = before * (one / distance);
             let depth = share * (distance - sum);
-            let (mine, away) = (entries(spins, pairs.block, me), entries(spins, 0, them));
+            let (mine, away) = (entries(&spins[pairs.block..], me), entries(spins, them));
             let (early, late) = if MIXED {
                 let (mine, away): (Triple<L>, Triple<L>) = (L::triples(mine), L::triples(away));
                 let early = mine * (radii[0] + depth) + away * (radii[1] + depth);
@@ -175,7 +174,7 @@ pub fn meet<
         scratch.velocity.set(at, velocity);
         if DAMPING > 0 {
             let (mine, away) =
-                (entries(&memory.lines, pairs.block, me), entries(&memory.lines, 0, them));
+                (entries(&memory.lines[pairs.block..], me), entries(&memory.lines, them));
             let Past { mut pull, twist, ease, turning } =
                 past::<W, L, DAMPING, MIXED>(mine, away, arms);
             if DAMPING > 1 {
@@ -222,7 +221,7 @@ fn past<const W: usize, L: Wide<W>, const DAMPING: u8, const MIXED: bool>(
         let apart = L::row(&APART);
         let mut rows = [apart; W];
         for l in 0..W {
-            rows[l] = L::sum(L::row(mine[l]), L::product(L::row(away[l]), apart));
+            rows[l] = L::signed_sum(L::row(mine[l]), L::row(away[l]), apart);
         }
         let [x, y, z, ease, u, v, w, light] = L::columns(rows);
         let pull = Triple { x, y, z };
@@ -247,11 +246,10 @@ fn past<const W: usize, L: Wide<W>, const DAMPING: u8, const MIXED: bool>(
 #[inline(always)]
 pub fn meet_planes<const W: usize, L: Wide<W>, const FRICTION: bool, const DAMPING: u8>(
     field: &Field<'_>,
-    pairs: Pairs<'_>,
+    pairs: Checked<'_>,
     (count, touching): (usize, &[bool]),
     scratch: &mut Scratch,
 ) {
-    check(pairs, field, scratch.pulls.len());
     let Field { balls, spins, planes, rule, memory, .. } = field;
     assert!(DAMPING == 0 || memory.lines.len() >= balls.len());
     let (zero, half) = (L::splat(0.0), L::splat(0.5 * rule.advance));
@@ -260,7 +258,7 @@ pub fn meet_planes<const W: usize, L: Wide<W>, const FRICTION: bool, const DAMPI
     let touching = groups::<W, _>(touching, whole);
     for group in 0..whole {
         let (at, me, them) = (within::<W>(group * W), &first[group], &second[group]);
-        let (ours, theirs) = (entries(balls, pairs.block, me), entries(&planes.lines, 0, them));
+        let (ours, theirs) = (entries(&balls[pairs.block..], me), entries(&planes.lines, them));
         let [x, y, z, radius, u, v, w, _] = columns::<W, L>(ours.map(Ball::line));
         let mut velocity = Triple { x: u, y: v, z: w };
         let [px, py, pz, share, nx, ny, nz, _] = columns::<W, L>(theirs);
@@ -289,7 +287,7 @@ pub fn meet_planes<const W: usize, L: Wide<W>, const FRICTION: bool, const DAMPI
             let before = height - reach;
             let old = facing(before);
             let lever = radius + (before.abs() - radius) * share;
-            let spin: Triple<L> = L::triples(entries(spins, pairs.block, me));
+            let spin: Triple<L> = L::triples(entries(&spins[pairs.block..], me));
             let slide = velocity + old.cross(spin * lever);
             scratch.early.set(at, slide - old * slide.dot(old));
             scratch.arms[0].set(at, arm);
@@ -299,7 +297,7 @@ pub fn meet_planes<const W: usize, L: Wide<W>, const FRICTION: bool, const DAMPI
         };
         scratch.velocity.set(at, velocity + turn);
         if DAMPING > 0 {
-            let lines = entries(&memory.lines, pairs.block, me);
+            let lines = entries(&memory.lines[pairs.block..], me);
             let [x, y, z, light, u, v, w, turning] = columns::<W, L>(lines);
             let mut pull = Triple { x, y, z };
             if DAMPING > 1 {
@@ -316,7 +314,7 @@ pub fn meet_planes<const W: usize, L: Wide<W>, const FRICTION: bool, const DAMPI
 #[inline(always)]
 pub fn answer<const W: usize, L: Wide<W>, K: Kind>(
     field: &Field<'_>,
-    pairs: Pairs<'_>,
+    pairs: Checked<'_>,
     (book, base): (&mut BookView<'_>, usize),
     scratch: &mut Scratch,
 ) {

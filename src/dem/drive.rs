@@ -149,8 +149,9 @@ fn start(
 ) -> (State, Option<String>) {
     neighbours::rebuild(setting, &mut state, &work.crew);
     handover::take_up(setting, &mut state);
-    let stopped = watch.look(setting, &state, false);
     set_up_pass(setting, &mut state, work);
+    // The guard looks at the contacts of the last pass.
+    let stopped = watch.look(setting, &state, false);
     let ledger = (
         ledger::kinetic(setting, &state) + ledger::stored(setting, &state),
         ledger::potential(setting, &state),
@@ -193,7 +194,7 @@ fn one_step(
     }
     state.ledger.add_half();
     move_walls(setting, state, (state.step + 1) as f64 * setting.step);
-    let far = motion::advance(setting, state, &work.crew, owed);
+    let far = motion::advance(setting, state, (&work.crew, &mut work.margin), owed);
     let came = setting.scheme != Scheme::Lammps && arrive::now(setting, state, true);
     if far | came | lists_are_old(setting, state) {
         work.forget_lists();

@@ -13,6 +13,7 @@ use super::contacts::{self, Scratch, Second};
 use super::crew::Crew;
 use super::far::Far;
 use super::law::{BookView, Kind, Rule, Tally, for_kind};
+use super::motion::Margin;
 use super::neighbours;
 use super::planes::Planes;
 use super::setting::Setting;
@@ -41,6 +42,8 @@ pub struct Workspace {
     memory: Memory,
     /// Gravity between bodies.
     pub far: Far,
+    /// How far balls have gone.
+    pub margin: Margin,
 }
 
 /// How spheres are cut into blocks, and what blocks send each other.
@@ -145,6 +148,7 @@ impl Workspace {
             walls_at: None,
             memory: Memory::default(),
             far: Far::new(threads),
+            margin: Margin::default(),
         }
     }
 

@@ -38,16 +38,24 @@ pub fn finish(setting: &Setting<'_>, state: &mut State) {
 /// Kick and drift to the place of the next force pass; before that the second half kick of
 /// the last step, if it is `owed`. True if some sphere has moved so far that the lists are no
 /// longer valid (or is nowhere).
-pub fn advance(setting: &Setting<'_>, state: &mut State, crew: &Crew, owed: bool) -> bool {
+pub fn advance(
+    setting: &Setting<'_>,
+    state: &mut State,
+    (crew, margin): (&Crew, &mut Margin),
+    owed: bool,
+) -> bool {
     let step = setting.step;
     let kick = if setting.scheme == Scheme::Yade { step } else { 0.5 * step };
+    margin.follow(state);
     state.step += 1;
     let room = room(setting, state);
     let owed = owed && setting.scheme != Scheme::Yade;
     let square = room * room;
     let mut far = false;
     if state.solids.len() < setting.model.bodies.len() {
-        far = move_alone(setting, state, crew, &Leap { kick, owed, square });
+        let mixed = !state.solids.is_empty() || !setting.model.arrivals.is_empty();
+        let leap = Leap { kick, owed, mixed, pace: margin.pace, square };
+        far = move_alone(setting, state, crew, &leap, (margin, room));
     }
     if owed {
         kick_solids(setting, state, kick);
@@ -78,6 +86,45 @@ fn room(setting: &Setting<'_>, state: &State) -> f64 {
     (0.5 * state.skin).min(state.skin - travel)
 }
 
+/// How far balls can have gone since the lists were built, known from their speeds: so few steps look at
+/// where each ball was then.
+#[derive(Debug, Default)]
+pub struct Margin {
+    /// Which lists.
+    lists: u64,
+    /// No ball is farther from where it was, m.
+    gone: f64,
+    /// Farthest along each axis that a ball may go in a step to be counted without a look, m.
+    pace: f64,
+}
+
+impl Margin {
+    /// A little more than √3: along all three axes.
+    const ACROSS: f64 = 1.7321;
+    /// How much faster than now balls may become until the next look.
+    const FASTER: f64 = 1.5;
+    /// More than rounding makes of a way.
+    const ROUNDING: f64 = 1e-6;
+
+    /// Of new lists nothing is known but at the step they were built in.
+    fn follow(&mut self, state: &State) {
+        if self.lists != state.rebuilds {
+            self.lists = state.rebuilds;
+            self.gone = if state.step == state.built_at { 0.0 } else { f64::INFINITY };
+        }
+    }
+
+    /// Counts a step in which no ball went farther than `pace`; false if then one can be out of its `room`, m.
+    fn allows(&mut self, room: f64) -> bool {
+        let ahead = self.gone + Self::ACROSS * self.pace;
+        let allows = ahead * (1.0 + Self::ROUNDING) <= room;
+        if allows {
+            self.gone = ahead;
+        }
+        allows
+    }
+}
+
 /// False for NaN as well.
 fn within(way: &Vec3, square: f64) -> bool {
     way.norm_squared() <= square
@@ -89,6 +136,10 @@ struct Leap {
     kick: f64,
     /// Whether to kick twice.
     owed: bool,
+    /// Whether there are balls that are not bodies by themselves, or not yet there.
+    mixed: bool,
+    /// See [`Margin`], m.
+    pace: f64,
     /// Square of the distance from the place of the last build that is allowed, m².
     square: f64,
 }
@@ -102,15 +153,33 @@ struct Flock<'a> {
     /// Number of the first.
     first: usize,
     built: &'a [Vec3],
+    /// Whether one was faster than the pace.
+    fast: bool,
+    seen: Seen,
+}
+
+/// What a look at a flock finds.
+#[derive(Debug, Default)]
+struct Seen {
     /// Whether one went too far.
     far: bool,
+    /// Square of the farthest way from where a ball was when the lists were built, m².
+    square: f64,
+    /// Largest component of a velocity, m/s.
+    speed: f64,
 }
 
 /// Spheres that a thread moves at a time.
 const FLOCK: usize = 1024;
 
 /// Kicks and moves the balls that are bodies by themselves; true if one went too far.
-fn move_alone(setting: &Setting<'_>, state: &mut State, crew: &Crew, leap: &Leap) -> bool {
+fn move_alone(
+    setting: &Setting<'_>,
+    state: &mut State,
+    crew: &Crew,
+    leap: &Leap,
+    (margin, room): (&mut Margin, f64),
+) -> bool {
     // Without rotation no chunks: every flock gets none.
     let mut spins = state.spins.chunks_mut(FLOCK);
     let lights = &state.light;
@@ -121,29 +190,42 @@ fn move_alone(setting: &Setting<'_>, state: &mut State, crew: &Crew, leap: &Leap
         .enumerate()
         .map(|(number, (balls, (loads, built)))| {
             let spins = spins.next().unwrap_or_default();
-            Flock { balls, spins, loads, first: number * FLOCK, built, far: false }
+            let first = number * FLOCK;
+            Flock { balls, spins, loads, first, built, fast: false, seen: Seen::default() }
         })
         .collect();
-    crew.share(&mut flocks, &mut vec![(); crew.size()], |flock, ()| {
-        fly(setting, lights, flock, leap);
+    let nobody = &mut vec![(); crew.size()];
+    crew.share(&mut flocks, nobody, |flock, ()| {
+        flock.fast = !go(setting, lights, flock, leap);
     });
-    flocks.iter().any(|flock| flock.far)
+    if flocks.iter().all(|flock| !flock.fast) && margin.allows(room) {
+        return false;
+    }
+    crew.share(&mut flocks, nobody, |flock, ()| flock.seen = look(flock, leap));
+    let most =
+        |of: fn(&Seen) -> f64| flocks.iter().map(|flock| of(&flock.seen)).fold(0.0, f64::max);
+    margin.gone = most(|seen| seen.square).sqrt();
+    margin.pace = Margin::FASTER * setting.step * most(|seen| seen.speed);
+    flocks.iter().any(|flock| flock.seen.far)
 }
 
-/// Kicks and moves a flock.
-fn fly(setting: &Setting<'_>, lights: &Lights, flock: &mut Flock<'_>, leap: &Leap) {
-    let inside = go(setting, lights, flock, leap);
-    if !inside {
-        let mut alone = flock.balls.iter().zip(flock.built).filter(|(ball, _)| ball.alone);
-        flock.far = !alone.all(|(ball, built)| within(&(ball.place - built), leap.square));
+/// Looks where the balls of a flock are.
+fn look(flock: &Flock<'_>, leap: &Leap) -> Seen {
+    let mut seen = Seen::default();
+    for (ball, built) in flock.balls.iter().zip(flock.built).filter(|(ball, _)| ball.alone) {
+        let way = ball.place - built;
+        seen.far |= !within(&way, leap.square);
+        seen.square = seen.square.max(way.norm_squared());
+        seen.speed = seen.speed.max(ball.velocity.amax());
     }
+    seen
 }
 
 /// [`go_by`] with the lanes that this processor has.
 fn go(setting: &Setting<'_>, lights: &Lights, flock: &mut Flock<'_>, leap: &Leap) -> bool {
     #[cfg(target_arch = "x86_64")]
-    if is_x86_feature_detected!("avx2") {
-        #[target_feature(enable = "avx2")]
+    if Four::is_here() {
+        #[target_feature(enable = "avx2,fma")]
         fn with_avx2(
             setting: &Setting<'_>,
             lights: &Lights,
@@ -159,7 +241,7 @@ fn go(setting: &Setting<'_>, lights: &Lights, flock: &mut Flock<'_>, leap: &Leap
 }
 
 /// Kicks and moves the balls that are bodies by themselves, the three numbers of a vector side by side. True
-/// if all stayed in a cube within the sphere that is allowed.
+/// if none was faster than the pace.
 #[inline(always)]
 fn go_by<L: Wide<4>>(
     setting: &Setting<'_>,
@@ -167,18 +249,33 @@ fn go_by<L: Wide<4>>(
     flock: &mut Flock<'_>,
     leap: &Leap,
 ) -> bool {
+    if leap.mixed {
+        return by_light::<L, true>(setting, lights, flock, leap);
+    }
+    by_light::<L, false>(setting, lights, flock, leap)
+}
+
+/// [`go_by`] where some balls may not be bodies by themselves, or all are.
+#[inline(always)]
+fn by_light<L: Wide<4>, const MIXED: bool>(
+    setting: &Setting<'_>,
+    lights: &Lights,
+    flock: &mut Flock<'_>,
+    leap: &Leap,
+) -> bool {
     let first = flock.first;
+    let own = |at: usize| lights.at(first + at);
     match (lights.same(), leap.owed) {
-        (Some(light), true) => each::<L, true>(setting, |_| light, flock, leap),
-        (Some(light), false) => each::<L, false>(setting, |_| light, flock, leap),
-        (None, true) => each::<L, true>(setting, |at| lights.at(first + at), flock, leap),
-        (None, false) => each::<L, false>(setting, |at| lights.at(first + at), flock, leap),
+        (Some(light), true) => each::<L, MIXED, true>(setting, |_| light, flock, leap),
+        (Some(light), false) => each::<L, MIXED, false>(setting, |_| light, flock, leap),
+        (None, true) => each::<L, MIXED, true>(setting, own, flock, leap),
+        (None, false) => each::<L, MIXED, false>(setting, own, flock, leap),
     }
 }
 
 /// [`go_by`] with one kick or two.
 #[inline(always)]
-fn each<L: Wide<4>, const OWED: bool>(
+fn each<L: Wide<4>, const MIXED: bool, const OWED: bool>(
     setting: &Setting<'_>,
     light: impl Fn(usize) -> Lightness,
     flock: &mut Flock<'_>,
@@ -186,36 +283,29 @@ fn each<L: Wide<4>, const OWED: bool>(
 ) -> bool {
     let (gravity, step, kick) =
         (L::three(&setting.gravity), L::splat(setting.step), L::splat(leap.kick));
-    // A little less than 1/√3.
-    let edge = L::splat(0.577 * leap.square.sqrt());
+    let pace = L::splat(leap.pace);
     let kicked = |motion: &Vec3, gain: L| {
         let motion = if OWED { L::three(motion) + gain } else { L::three(motion) };
         motion + gain
     };
-    let mut inside = L::all(true);
-    // One length for the compiler: no access in the loops has a branch.
-    let count = flock.balls.len();
-    let (balls, loads, built) =
-        (&mut flock.balls[..count], &flock.loads[..count], &flock.built[..count]);
-    for at in 0..count {
-        let (ball, load) = (&mut balls[at], &loads[at]);
-        if !ball.alone {
+    let mut slow = L::all(true);
+    for (at, (ball, load)) in flock.balls.iter_mut().zip(flock.loads).enumerate() {
+        if MIXED && !ball.alone {
             continue;
         }
         let gain = (L::three(&load.force) * L::splat(light(at).mass) + gravity) * kick;
         let velocity = kicked(&ball.velocity, gain);
-        let place = L::three(&ball.place) + velocity * step;
+        let way = velocity * step;
+        let place = L::three(&ball.place) + way;
         velocity.keep_three(&mut ball.velocity);
         place.keep_three(&mut ball.place);
-        inside = L::both(inside, (place - L::three(&built[at])).abs().at_most(edge));
+        slow = L::both(slow, way.abs().at_most(pace));
     }
-    let count = flock.spins.len();
-    let (spins, loads) = (&mut flock.spins[..count], &loads[..count]);
-    for at in 0..count {
-        let gain = L::three(&loads[at].torque) * L::splat(light(at).inertia * leap.kick);
-        kicked(&spins[at], gain).keep_three(&mut spins[at]);
+    for (at, (spin, load)) in flock.spins.iter_mut().zip(flock.loads).enumerate() {
+        let gain = L::three(&load.torque) * L::splat(light(at).inertia * leap.kick);
+        kicked(spin, gain).keep_three(spin);
     }
-    L::bits(inside) == 0b1111
+    L::bits(slow) == 0b1111
 }
 
 fn kick_alone(setting: &Setting<'_>, state: &mut State, span: f64) {
@@ -258,8 +348,8 @@ fn drift_solids(setting: &Setting<'_>, solids: &mut [Solid], scheme: Scheme) {
     }
     if !scheme.is_richardson() {
         #[cfg(target_arch = "x86_64")]
-        if is_x86_feature_detected!("avx2") {
-            #[target_feature(enable = "avx2")]
+        if Four::is_here() {
+            #[target_feature(enable = "avx2,fma")]
             fn with_avx2(setting: &Setting<'_>, solids: &mut [Solid]) {
                 turn_solids::<Four>(setting, solids);
             }

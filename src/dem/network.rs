@@ -23,7 +23,7 @@
 //!   Appl. 13, 1094, theorem 4.2); k is chosen for ε = 0.09 and 10⁻⁹, so 42 to 50 steps, and
 //!   θ/0.91 is used: 0.95 of the limit, 0.9 where dashpots rule. Exact for small networks.
 //!
-//! Cost: trace O(contacts), about half a force pass for equal spheres, where it counts contacts
+//! Cost: trace O(contacts), about a tenth of a force pass for equal spheres, whose contacts are counted
 //! only; block O(contacts + bodies) with a 6 × 6 eigenvalue problem for bodies that
 //! (Σ λ⁸)^⅛ ≥ λ does not show to be below the largest so far; Lanczos about 45 passes. Later
 //! stages run only where, and for the bodies that, the earlier cannot clear.
@@ -235,7 +235,7 @@ impl<'a> Network<'a> {
         let delay = self.delay()?;
         let worst = Cell::new(0);
         let block = self.stepping.largest(delay, |step| {
-            let (top, body) = self.block(step, f64::INFINITY);
+            let (top, body) = self.block(step, None);
             worst.set(body);
             top
         });
@@ -247,52 +247,55 @@ impl<'a> Network<'a> {
         Some(Bound { step, body: worst.get() })
     }
 
-    /// `None` if `step` [s] is stable; otherwise the limit.
+    /// `None` if `step` [s] is stable; otherwise the limit. To be asked after a force pass.
     pub fn exceeded_by(&self, step: f64) -> Option<Bound> {
         let most = 4.0 / (step * step);
-        if self.clears(step, most) {
-            return None;
-        }
-        let (top, _) = self.block(step, most);
-        if top <= most || Chords::of(self).top(step, most) <= most {
+        let traces = self.counted(step).unwrap_or_else(|| self.traces(step));
+        let unclear = |body: &u32| traces[*body as usize] > most;
+        let unclear: Vec<u32> = (0..traces.len() as u32).filter(unclear).collect();
+        drop(traces);
+        if unclear.is_empty()
+            || self.block(step, Some(unclear)).0 <= most
+            || Chords::of(self).top(step, most) <= most
+        {
             return None;
         }
         self.limit(f64::INFINITY)
     }
 
-    /// Whether no trace could be above `most` even if all that is listed touched: O(listed pairs), no
-    /// geometry. Where all spheres are alike and bodies by themselves; false elsewhere.
-    fn clears(&self, step: f64, most: f64) -> bool {
+    /// Upper bounds of the traces of all blocks from the number of contacts in the last pass: O(listed pairs), no
+    /// geometry. Where all spheres are alike and bodies by themselves.
+    fn counted(&self, step: f64) -> Option<Vec<f64>> {
         let (setting, state) = (self.setting, self.state);
-        let Some((pair, radius)) = self.alike_trace(step).filter(|_| !setting.needs.bonds) else {
-            return false;
+        let radius = setting.alike.filter(|_| setting.equal_bodies && !setting.needs.bonds)?.1;
+        let material = setting.model.bodies.first()?.material;
+        let most = |other: Option<u32>, there: u16, stiffer: f64| {
+            let arms = [-1.0, 1.0].map(|side| Vec3::x() * (side * radius));
+            let law = setting.stiff_pair(material, there);
+            let link =
+                Link { bodies: (0, other), normal: Vec3::x(), arms, law, depth: 0.0, stiffer };
+            self.round_trace(&link, step).map(|parts| parts[0] * (1.0 + ROUNDING))
         };
-        let material = setting.model.bodies[0].material;
-        let at_wall = |wall: &Wall| {
-            let law = setting.stiff_pair(material, wall.material);
-            let (normal, stiffer) = (Vec3::x(), servo::stiffer(&wall.motion));
-            let arms = [-normal * radius, Vec3::zeros()];
-            let link = Link { bodies: (0, None), normal, arms, law, depth: 0.0, stiffer };
-            self.round_trace(&link, step).map_or(f64::INFINITY, |parts| parts[0])
-        };
-        let wall = setting.model.walls.iter().map(at_wall).fold(0.0, f64::max) * (1.0 + ROUNDING);
-        let mut listed = vec![0u32; state.balls.len()];
-        state.pairs.partner.iter().for_each(|other| listed[*other as usize] += 1);
-        let starts =
-            |list: &'a List| list.start.windows(2).map(|range| f64::from(range[1] - range[0]));
-        let walls = starts(&state.planes).zip(starts(&state.faces));
-        let pairs = starts(&state.pairs).zip(listed);
-        pairs.zip(walls).all(|((own, others), (planes, faces))| {
-            // Without walls `wall` is 0, without contacts both are.
-            (own + f64::from(others)) * pair + (planes + faces) * wall <= most
-        })
+        let pair = most(Some(0), material, 1.0)?;
+        let at_wall = |wall: &Wall| most(None, wall.material, servo::stiffer(&wall.motion));
+        let wall = setting.model.walls.iter().filter_map(at_wall).fold(0.0, f64::max);
+        let spheres = touched(&state.pairs, true);
+        let walls = touched(&state.planes, false).into_iter().zip(touched(&state.faces, false));
+        let mut traces = vec![0.0; setting.model.bodies.len()];
+        for ((ball, spheres), (planes, faces)) in state.balls.iter().zip(spheres).zip(walls) {
+            let at_walls = f64::from(planes + faces) * wall;
+            traces[ball.body as usize] = f64::from(spheres) * pair + at_walls;
+        }
+        Some(traces)
     }
 
     /// The contact with the largest overlap over the smaller radius; its bodies.
     pub fn deepest(&self) -> Option<Deepest> {
         let worst: Cell<Option<Deepest>> = Cell::new(None);
         // Farther apart than this, two spheres are not deeper than the deepest so far.
-        let reach = |one: &Ball, other: &Ball| {
+        let balls = &self.state.balls;
+        let reach = |one: usize, other: usize| {
+            let (one, other) = (&balls[one], &balls[other]);
             let smaller = one.radius.min(other.radius);
             let depth = worst.get().map_or(0.0, |worst| worst.depth);
             (one.radius + other.radius) * (1.0 + ROUNDING) - smaller * depth
@@ -322,19 +325,11 @@ impl<'a> Network<'a> {
         largest
     }
 
-    /// Largest eigenvalue bound of a block at the effective stiffness of `step`, and its
-    /// body. Blocks that the trace shows to be below `enough` are passed over (0 if all are).
-    fn block(&self, step: f64, enough: f64) -> (f64, u32) {
+    /// Largest eigenvalue bound of the blocks of all or of some bodies at the effective stiffness of `step`, and
+    /// its body; 0 without contacts.
+    fn block(&self, step: f64, wanted: Option<Vec<u32>>) -> (f64, u32) {
         let count = self.setting.model.bodies.len();
-        let traces = self.traces(step);
-        let all = enough.is_infinite();
-        let wanted: Vec<u32> = (0..count as u32)
-            .filter(|body| {
-                let trace = traces[*body as usize];
-                trace > 0.0 && (all || trace > enough)
-            })
-            .collect();
-        drop(traces);
+        let wanted = wanted.unwrap_or_else(|| (0..count as u32).collect());
         let mut best = (0.0, wanted.first().copied().unwrap_or(0));
         // Place of each body in its chunk.
         let mut place = vec![u32::MAX; if wanted.is_empty() { 0 } else { count }];
@@ -342,7 +337,7 @@ impl<'a> Network<'a> {
             let numbered = || chunk.iter().zip(0..);
             numbered().for_each(|(body, at)| place[*body as usize] = at);
             for (body, block) in chunk.iter().zip(self.blocks(step, &place, chunk.len())) {
-                if not_above(&block, best.0) {
+                if block == Matrix6::zeros() || not_above(&block, best.0) {
                     continue;
                 }
                 let top = SymmetricEigen::new(block).eigenvalues.max();
@@ -358,9 +353,12 @@ impl<'a> Network<'a> {
     /// The blocks of the bodies that have a `place`, at the effective stiffness of `step`.
     fn blocks(&self, step: f64, place: &[u32], count: usize) -> Vec<Matrix6<f64>> {
         let mut blocks = vec![Matrix6::zeros(); count];
-        let reach = |one: &Ball, other: &Ball| {
-            let outside = [one, other].iter().all(|ball| place[ball.body as usize] == u32::MAX);
-            if outside { 0.0 } else { touching(one, other) }
+        let state = self.state;
+        let held = |ball: &Ball| place[ball.body as usize] != u32::MAX;
+        let held: Vec<bool> = state.balls.iter().map(held).collect();
+        let reach = |one: usize, other: usize| {
+            let wanted = held[one] || held[other];
+            if wanted { touching(&state.balls[one], &state.balls[other]) } else { 0.0 }
         };
         each_link(self.setting, self.state, self.time, reach, |link| {
             let at = [Some(link.bodies.0), link.bodies.1]
@@ -391,30 +389,7 @@ impl<'a> Network<'a> {
     /// Upper bounds of the traces of all blocks at the effective stiffness of `step`.
     fn traces(&self, step: f64) -> Vec<f64> {
         let mut traces = vec![0.0; self.setting.model.bodies.len()];
-        let equal = self.alike_trace(step);
-        if let Some((part, radius)) = equal {
-            let (setting, state) = (self.setting, self.state);
-            let square = (2.0 * radius * (1.0 + ROUNDING)).powi(2);
-            for (slot, ball) in state.balls.iter().enumerate() {
-                let mut own = 0.0;
-                for other in partners(&state.pairs, slot) {
-                    let other = &state.balls[*other as usize];
-                    if setting.way(ball.place - other.place).norm_squared() <= square {
-                        traces[other.body as usize] += part;
-                        own += part;
-                    }
-                }
-                traces[ball.body as usize] += own;
-            }
-        }
-        let reach = |one: &Ball, other: &Ball| match equal {
-            Some(_) => 0.0,
-            None => touching(one, other),
-        };
-        each_link(self.setting, self.state, self.time, reach, |link| {
-            if link.normal == Vec3::zeros() {
-                return;
-            }
+        self.each_contact(|link| {
             let parts = self.round_trace(&link, step).unwrap_or_else(|| self.trace(&link, step));
             traces[link.bodies.0 as usize] += parts[0];
             if let Some(other) = link.bodies.1 {
@@ -426,23 +401,6 @@ impl<'a> Network<'a> {
             traces[body as usize] += k * strand.mine.norm_squared();
         });
         traces
-    }
-
-    /// What any contact of two spheres adds to their traces at most, and their radius, m; where all
-    /// are alike and bodies by themselves.
-    fn alike_trace(&self, step: f64) -> Option<(f64, f64)> {
-        let setting = self.setting;
-        let (_, radius) = setting.alike.filter(|_| setting.equal_bodies)?;
-        let material = setting.model.bodies.first()?.material;
-        let link = Link {
-            bodies: (0, Some(0)),
-            normal: Vec3::x(),
-            arms: [-Vec3::x() * radius, Vec3::x() * radius],
-            law: setting.stiff_pair(material, material),
-            depth: 0.0,
-            stiffer: 1.0,
-        };
-        self.round_trace(&link, step).map(|parts| (parts[0] * (1.0 + ROUNDING), radius))
     }
 
     /// What a contact adds to the traces of its bodies.
@@ -512,9 +470,16 @@ impl<'a> Network<'a> {
 
     /// Calls `visit` for every contact.
     fn each(&self, mut visit: impl FnMut(&Link<'_>, &[Strand; 3])) {
-        each_link(self.setting, self.state, self.time, touching, |link| {
+        self.each_contact(|link| visit(&link, &self.strands(&link)));
+    }
+
+    /// Calls `visit` for every contact that has a normal.
+    fn each_contact(&self, mut visit: impl FnMut(Link<'a>)) {
+        let balls = &self.state.balls;
+        let reach = |one: usize, other: usize| touching(&balls[one], &balls[other]);
+        each_link(self.setting, self.state, self.time, reach, |link| {
             if link.normal != Vec3::zeros() {
-                visit(&link, &self.strands(&link));
+                visit(link);
             }
         });
     }
@@ -630,9 +595,21 @@ fn touching(one: &Ball, other: &Ball) -> f64 {
     (one.radius + other.radius) * (1.0 + ROUNDING)
 }
 
-/// Partners of a sphere in a list.
-fn partners(list: &List, slot: usize) -> &[u32] {
-    &list.partner[list.start[slot] as usize..list.start[slot + 1] as usize]
+/// How many entries of a list touched in the last pass, of each sphere; those of its partners too where these are
+/// spheres.
+fn touched(list: &List, spheres: bool) -> Vec<u32> {
+    let mut counts = vec![0; list.start.len().saturating_sub(1)];
+    for (slot, range) in list.start.windows(2).enumerate() {
+        let range = range[0] as usize..range[1] as usize;
+        let touching = &list.book.touching[range.clone()];
+        counts[slot] += touching.iter().map(|touches| u32::from(*touches)).sum::<u32>();
+        if spheres {
+            for (other, touches) in list.partner[range].iter().zip(touching) {
+                counts[*other as usize] += u32::from(*touches);
+            }
+        }
+    }
+    counts
 }
 
 /// Whether all eigenvalues λ ≥ 0 of `block` are known to be at most `best`, from
@@ -647,12 +624,12 @@ fn not_above(block: &Matrix6<f64>, best: f64) -> bool {
 }
 
 /// Calls `visit` for every contact of the lists; the normal is 0 where centres coincide.
-/// Spheres farther apart than `reach` are passed over.
+/// Spheres farther apart than the `reach` of their slots, m, are passed over.
 fn each_link<'a>(
     setting: &'a Setting<'_>,
     state: &State,
     time: f64,
-    reach: impl Fn(&Ball, &Ball) -> f64,
+    reach: impl Fn(usize, usize) -> f64,
     mut visit: impl FnMut(Link<'a>),
 ) {
     let centre = |slot: usize| {
@@ -675,9 +652,13 @@ fn each_link<'a>(
     for (slot, ball) in state.balls.iter().enumerate() {
         for k in entries(&state.pairs, slot) {
             let there = state.pairs.partner[k] as usize;
+            let reach = reach(slot, there);
+            if reach <= 0.0 {
+                continue;
+            }
             let other = &state.balls[there];
             let between = setting.way(ball.place - other.place);
-            let (square, reach) = (between.norm_squared(), reach(ball, other));
+            let square = between.norm_squared();
             if square > reach * reach {
                 continue;
             }

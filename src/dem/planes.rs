@@ -3,9 +3,7 @@
 //!
 //! A plane acts from both sides: its normal is turned towards the centre of the sphere. O(1) a contact; cannot fail.
 
-use super::contacts::{
-    GROUP, Pairs, Scratch, add, check, chunk, chunk_mut, entries, groups, within,
-};
+use super::contacts::{Checked, GROUP, Scratch, add, chunk, chunk_mut, entries, groups, within};
 use super::forces::Field;
 use super::lanes::{Line, Triple, Wide};
 use super::setting::{PlaneNow, wall_spin};
@@ -40,17 +38,16 @@ impl Planes {
 #[inline(always)]
 pub fn approach<const W: usize, L: Wide<W>, const SPINS: bool, const MOVING: bool>(
     field: &Field<'_>,
-    pairs: Pairs<'_>,
+    pairs: Checked<'_>,
     count: usize,
     scratch: &mut Scratch,
 ) {
-    check(pairs, field, scratch.pulls.len());
     let Field { balls, spins, planes, .. } = field;
     let whole = pairs.first.len() / W;
     let (first, second) = (groups::<W, _>(pairs.first, whole), groups::<W, _>(pairs.second, whole));
     for group in 0..whole {
         let (at, me, them) = (within::<W>(group * W), &first[group], &second[group]);
-        let (ours, theirs) = (entries(balls, pairs.block, me), entries(&planes.lines, 0, them));
+        let (ours, theirs) = (entries(&balls[pairs.block..], me), entries(&planes.lines, them));
         let mut rows = [L::row(theirs[0]); W];
         for l in 0..W {
             rows[l] = L::row(ours[l].line());
@@ -65,8 +62,7 @@ pub fn approach<const W: usize, L: Wide<W>, const SPINS: bool, const MOVING: boo
         let normal = Triple { x: nx, y: ny, z: nz };
         let height = between.dot(normal);
         let distance = height.abs();
-        let real = (1u32 << (count - at.min(count)).min(W)) - 1;
-        scratch.touches[at] = L::bits(distance.at_most(radius)) & real as u8;
+        scratch.touches[at] = L::bits(distance.at_most(radius));
         let behind = height.below(L::splat(0.0));
         let unit = Triple::pick(behind, normal.map(|n| -n), normal);
         let overlap = radius - distance;
@@ -78,8 +74,8 @@ pub fn approach<const W: usize, L: Wide<W>, const SPINS: bool, const MOVING: boo
             velocity = velocity - drift;
         }
         if SPINS {
-            let arm = radius - overlap * share;
-            let mut spins: Triple<L> = L::triples(entries(spins, pairs.block, me));
+            let arm = radius.less_times(overlap, share);
+            let mut spins: Triple<L> = L::triples(entries(&spins[pairs.block..], me));
             velocity = velocity + unit.cross(spins * arm);
             if MOVING {
                 let turning: Triple<L> = turning(field, them);
@@ -94,13 +90,14 @@ pub fn approach<const W: usize, L: Wide<W>, const SPINS: bool, const MOVING: boo
         }
         scratch.velocity.set(at, velocity);
     }
+    scratch.part::<W>(count, whole);
 }
 
 /// Velocities of the planes where the spheres are nearest, m/s.
 #[inline(always)]
 pub fn drift<const W: usize, L: Wide<W>>(
     field: &Field<'_>,
-    pairs: Pairs<'_>,
+    pairs: Checked<'_>,
     at: usize,
     height: L,
 ) -> Triple<L> {
@@ -128,7 +125,7 @@ fn turning<const W: usize, L: Wide<W>>(field: &Field<'_>, them: &[u32; W]) -> Tr
 /// Third sweep: adds the forces to the lines of the spheres.
 #[inline(always)]
 pub fn deliver<const W: usize, L: Wide<W>, const SPINS: bool, const MOVING: bool>(
-    pairs: Pairs<'_>,
+    pairs: Checked<'_>,
     scratch: &mut Scratch,
 ) {
     let zero = L::splat(0.0);

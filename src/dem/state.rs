@@ -48,11 +48,22 @@ impl Ball {
 
 /// Contact force and torque about the centre of a sphere.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[repr(C)]
 pub struct Load {
     /// Force, N.
     pub force: Vec3,
     /// Torque, N m.
     pub torque: Vec3,
+}
+
+impl Load {
+    /// Force and torque.
+    #[inline(always)]
+    pub fn vectors(&mut self) -> &mut [Vec3; 2] {
+        const { assert!(size_of::<Load>() == size_of::<[Vec3; 2]>()) };
+        // SAFETY: both are two vectors one after the other.
+        unsafe { &mut *std::ptr::from_mut(self).cast() }
+    }
 }
 
 impl AddAssign for Load {

@@ -1,6 +1,6 @@
 //! From any format to any other, with a report of what did not survive.
 
-use super::{Data, FormatError, by_extension, format_of, unknown};
+use super::{Data, FormatError, by_extension, format_of, spheres_beside, unknown};
 use serde::Serialize;
 use std::fmt;
 use std::path::Path;
@@ -35,6 +35,7 @@ impl fmt::Display for ConvertReport {
 /// surface, nor a surface spheres. Where there is an error, `output` is as it was.
 pub fn convert(input: &Path, output: &Path) -> Result<ConvertReport, FormatError> {
     let to = by_extension(output).ok_or_else(|| unknown(output))?;
+    let input = &spheres_beside(input);
     let from = format_of(input)?;
     let (data, not_read): (Data, _) = (from.read)(input)?;
     let not_written = to.write(output, &data)?;

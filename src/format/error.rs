@@ -80,6 +80,20 @@ impl FormatError {
         Self::Content { path: path.to_owned(), place: Place::Byte(byte), problem: problem.into() }
     }
 
+    /// The same error of a file that riprap made itself, with what to do about it.
+    pub fn of_own_file(self) -> Self {
+        let cure = "remove this file, and what it belongs to is made again";
+        match self {
+            Self::Io { path, action, source } => {
+                Self::file(&path, format!("cannot {action}: {source}; {cure}"))
+            }
+            Self::Content { path, place, problem } => {
+                Self::Content { path, place, problem: format!("{problem}; {cure}") }
+            }
+            other => other,
+        }
+    }
+
     /// Data that the format of `path` cannot carry.
     pub fn unwritable(path: &Path, problem: impl Into<String>) -> Self {
         Self::Unwritable { path: path.to_owned(), problem: problem.into() }

@@ -37,7 +37,7 @@ pub use registry::{Column, FORMATS, Format};
 
 use crate::geometry::Mesh;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What a file holds.
 // One value stands for a whole file, so its own size does not matter.
@@ -68,7 +68,16 @@ impl Data {
 /// The file cannot be opened, its format is not known, or its content is wrong:
 /// the message names file, line (or byte) and what would be right.
 pub fn read(path: &Path) -> Result<Data, FormatError> {
+    let path = &spheres_beside(path);
     (format_of(path)?.read)(path).map(|(data, _)| data)
+}
+
+/// `packing.csv` of a scene has a row a body; its spheres lie in `packing.vtp` beside it. Any
+/// other path as it is.
+pub fn spheres_beside(path: &Path) -> PathBuf {
+    let vtp = path.with_extension("vtp");
+    let bodies = path.file_name().is_some_and(|name| name == "packing.csv") && vtp.is_file();
+    if bodies { vtp } else { path.to_owned() }
 }
 
 /// Reads a file that must hold a surface.

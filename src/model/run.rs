@@ -127,6 +127,34 @@ pub struct SeriesRow {
     pub momentum: f64,
 }
 
+impl SeriesRow {
+    /// False where a value has left the range of numbers.
+    pub fn is_finite(&self) -> bool {
+        let energies = [
+            self.kinetic,
+            self.elastic,
+            self.gravitational,
+            self.normal_dashpot,
+            self.tangential_dashpot,
+            self.slip,
+            self.local_damping,
+            self.attraction,
+            self.rolling,
+            self.wetting,
+            self.drag,
+            self.wall_work,
+            self.bond_elastic,
+            self.bond_damping,
+            self.bond_released,
+            self.zeroed,
+            self.lost_energy,
+            self.energy_error,
+        ];
+        let rest = [self.time, self.coordination, self.worst_overlap, self.momentum];
+        energies.iter().chain(&rest).all(|value| value.is_finite())
+    }
+}
+
 /// What a run cost.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Cost {

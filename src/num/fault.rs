@@ -67,6 +67,9 @@ impl Fault {
 
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.key.is_empty() {
+            return write!(f, "the file {}; allowed: {}", self.problem, self.allowed);
+        }
         write!(f, "`{}` {}; allowed: {}", self.key, self.problem, self.allowed)
     }
 }

@@ -43,7 +43,8 @@ fn finite(value: f64, dimension: &str) -> Result<f64, String> {
     if value.is_finite() {
         return Ok(value);
     }
-    Err(format!("a {dimension} must be a finite number, not {value}"))
+    let article = if dimension.starts_with(['a', 'e']) { "an" } else { "a" };
+    Err(format!("{article} {dimension} must be a finite number, not {value}"))
 }
 
 fn names(units: Units) -> String {

@@ -188,6 +188,17 @@ impl Method {
         matches!(self, Self::Compression(_) | Self::Deposition(_))
     }
 
+    /// Whether it scales grains to the places it finds, so that their sizes in the scene do not count.
+    pub fn makes_sizes(&self) -> bool {
+        matches!(
+            self,
+            Self::Apollonian(_)
+                | Self::RandomApollonian(_)
+                | Self::SimultaneousGrowth(_)
+                | Self::PackingLimitedGrowth(_)
+        )
+    }
+
     /// A fault where it does not fill boxes that repeat along these axes.
     fn fills(&self, periodic: [bool; 3], dimension: usize) -> Result<(), Fault> {
         let fault = |problem: &str, allowed: &str| Err(Fault::new(self.key(), problem, allowed));

@@ -158,8 +158,10 @@ impl Scale {
         } else {
             scale.prefix = number::prefix(low.abs().max(high.abs()), &axis.unit);
             if high - low <= 1e-12 * high.abs().max(low.abs()) {
-                let pad = if high == 0.0 { 1.0 } else { 0.1 * high.abs() };
-                (scale.low, scale.high) = (low - pad, high + pad);
+                // Counts and sizes do not go below 0.
+                let pad = 0.1 * high.abs();
+                (scale.low, scale.high) =
+                    if high == 0.0 { (0.0, 1.0) } else { (low - pad, high + pad) };
             }
         }
         Some(scale)

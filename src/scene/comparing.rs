@@ -78,7 +78,7 @@ impl Road {
         let mut missing: Vec<String> = solver::all()
             .into_iter()
             .filter(|solver| solver.find().is_none())
-            .map(|solver| format!("{} was not found; {}", solver.name(), solver.how_to_install()))
+            .map(|solver| format!("{} {}", solver.name(), solver.absence()))
             .collect();
         missing.extend(failures.iter().chain(&unable).cloned());
         let compared = Compared { comparison, ours, others, failures, unable, missing };
@@ -170,7 +170,10 @@ impl Road {
 type Outside = Result<(Run, Twin), String>;
 
 fn outside(solver: &dyn Solver, model: &Model, deck: &Deck, job: &Job) -> Outside {
-    let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", solver.name());
+    let failed = |error: &dyn std::fmt::Display| {
+        let text = error.to_string();
+        if text.starts_with(solver.name()) { text } else { format!("{}: {text}", solver.name()) }
+    };
     let run = solver.run(model, deck, job).map_err(|error| failed(&error))?;
     let twin = twin(solver, model, job).map_err(|error| failed(&error))?;
     Ok((run, twin))

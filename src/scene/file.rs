@@ -82,7 +82,17 @@ impl Loaded {
 /// A file that cannot be read or is no text.
 pub fn read_text(path: &Path) -> Result<String, SceneError> {
     let bytes = std::fs::read(path)
-        .map_err(|source| SceneError::Unreadable { path: path.to_owned(), source })?;
+        .map_err(|source| SceneError::Unreadable { path: path.to_owned(), source })
+        .map_err(|error| match path.is_dir() {
+            true => {
+                let file = path.join("scene.toml");
+                let example = if file.is_file() { file } else { "scene.toml".into() };
+                let (path, example) = (path.display(), example.display());
+                let message = format!("{path}: is a folder; give the file, such as {example}");
+                SceneError::Wrong { messages: vec![message] }
+            }
+            false => error,
+        })?;
     String::from_utf8(bytes).map_err(|error| {
         let place = error.utf8_error().valid_up_to();
         let message = format!("{}: is not UTF-8 text at byte {place}", path.display());
@@ -97,7 +107,7 @@ pub fn read_text(path: &Path) -> Result<String, SceneError> {
 pub fn deserialize<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, SceneError> {
     toml::from_str(text).map_err(|error| {
         let place = error.span().unwrap_or(0..0);
-        let message = with_suggestion(error.message());
+        let message = with_suggestion(&plain(error.message()));
         SceneError::Wrong { messages: vec![pointed(path, text, &place, &message)] }
     })
 }
@@ -107,6 +117,40 @@ pub fn wrong(path: &Path, text: &str, faults: &[Fault]) -> SceneError {
     let message =
         |fault: &Fault| pointed(path, text, &place_of(text, &fault.key), &fault.to_string());
     SceneError::Wrong { messages: faults.iter().map(message).collect() }
+}
+
+/// serde's messages name types of Rust; users write TOML.
+fn plain(message: &str) -> String {
+    match message {
+        "wanted exactly 1 element, more than 1 element" => {
+            return "names more than one of what is one choice; keep one".to_owned();
+        }
+        "wanted string or table" => return "invalid type, expected a text or a table".to_owned(),
+        _ => {}
+    }
+    let Some((found, expected)) = message.rsplit_once(", expected ") else {
+        return message.to_owned();
+    };
+    if !message.starts_with("invalid ") {
+        return message.to_owned();
+    }
+    let whole = |most: u64| format!("a whole number from 0 to {most}");
+    let expected = match expected {
+        "u8" => whole(u8::MAX.into()),
+        "u16" => whole(u16::MAX.into()),
+        "u32" => whole(u32::MAX.into()),
+        "u64" | "usize" => whole(u64::MAX),
+        "i32" | "i64" => "a whole number".to_owned(),
+        "f64" => "a number".to_owned(),
+        "a string" => "a text in quotes".to_owned(),
+        "a boolean" => "true or false".to_owned(),
+        "a sequence" => "an array".to_owned(),
+        "a map" => "a table".to_owned(),
+        other if other.starts_with("struct ") => "a table".to_owned(),
+        other => other.to_owned(),
+    };
+    let found = found.replace(" as i128", "").replace(": sequence", ": array");
+    format!("{}, expected {expected}", found.replace(": map", ": table"))
 }
 
 /// Adds "did you mean" to serde's "unknown field/variant" messages.
@@ -121,9 +165,29 @@ fn with_suggestion(message: &str) -> String {
         .filter(|(distance, known)| *distance <= 2.max(known.len() / 3));
     match best {
         Some((_, known)) => format!("{message}; did you mean `{known}`?"),
+        None if TOP.contains(&found) && message.starts_with("unknown field ") => {
+            format!(
+                "{message}; `{found}` stands at the top: as a table of its own, [{found}], or above \
+                 the first table of the file"
+            )
+        }
         None => message.to_owned(),
     }
 }
+
+/// Keys at the top of a scene; under a table they belong to that table.
+const TOP: [&str; 10] = [
+    "title",
+    "dimension",
+    "seed",
+    "mixture",
+    "contact",
+    "container",
+    "packing",
+    "plan",
+    "output",
+    "compare",
+];
 
 /// Levenshtein distance.
 fn edit_distance(a: &str, b: &str) -> usize {
@@ -206,6 +270,37 @@ mod tests {
         let far = "unknown field `zzzzzzzz`, expected one of `kn`, `friction`";
         assert_eq!(with_suggestion(far), far);
         assert_eq!(edit_distance("kitten", "sitting"), 3);
+    }
+
+    #[test]
+    fn messages_name_no_types_of_rust() {
+        for (text, wanted) in [
+            ("a = 1.5", "expected a whole number from 0 to 4294967295"),
+            ("a = 99999999999", "invalid value: integer `99999999999`, expected a whole number"),
+            ("b = \"2\"", "invalid type: string \"2\", expected a number"),
+            ("c = 3", "expected a table"),
+            ("d = { }", "invalid type: table, expected an array"),
+            ("c = { e = 18446744073709551616 }", "integer `18446744073709551616`, expected"),
+            ("f = 1", "unknown field `f`"),
+        ] {
+            let error = deserialize::<Outer>(Path::new("s.toml"), text).expect_err(text);
+            assert!(error.to_string().contains(wanted), "{text}: {error}");
+        }
+    }
+
+    #[derive(Debug, Default, serde::Deserialize)]
+    #[serde(deny_unknown_fields, default)]
+    struct Outer {
+        a: u32,
+        b: f64,
+        c: Inner,
+        d: Vec<u32>,
+    }
+
+    #[derive(Debug, Default, serde::Deserialize)]
+    #[expect(dead_code, reason = "only read from text")]
+    struct Inner {
+        e: u64,
     }
 
     #[test]

@@ -177,9 +177,10 @@ fn in_segments(mut model: Model, every: u64, length: u64) -> Result<Model, RoadE
     }
     if every == 0 || length == 0 || every > model.plan.steps {
         let steps = model.plan.steps;
-        return Err(RoadError::Work(format!(
+        let message = format!(
             "lock-step takes 1 to {steps} steps a segment (the steps of the scene), not {every}"
-        )));
+        );
+        return Err(super::SceneError::Wrong { messages: vec![message] }.into());
     }
     model.plan.steps -= model.plan.steps % every;
     model.plan.frame_every = every;

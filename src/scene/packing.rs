@@ -128,8 +128,11 @@ impl Road {
 
     fn read_packing(&self) -> Result<Packing, RoadError> {
         let mut packing: Packing = self.store.read_json("packing.json")?;
-        packing.placements = pack::file::read(&self.store.path("packing.csv"))
-            .map_err(|error| self.refused(error))?;
+        packing.placements =
+            pack::file::read(&self.store.path("packing.csv")).map_err(|error| match error {
+                PackError::File(error) => error.of_own_file().into(),
+                other => self.refused(other),
+            })?;
         Ok(packing)
     }
 

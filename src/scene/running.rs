@@ -36,6 +36,8 @@ struct Saved {
 struct Recorder {
     frames: BufWriter<File>,
     rows: Vec<SeriesRow>,
+    /// Rows left out, as they held numbers that are not finite.
+    wild: usize,
     key: String,
     checkpoint: PathBuf,
     watch: Option<Watch>,
@@ -53,12 +55,19 @@ impl Recorder {
 impl Observer for Recorder {
     fn frame(&mut self, frame: &Frame) {
         self.attempt(|me| {
-            postcard::to_io(frame, &mut me.frames).map(drop).map_err(std::io::Error::other)
+            let written = postcard::to_io(frame, &mut me.frames).map(drop);
+            // postcard keeps the system's reason to itself; writing what is left over tells it.
+            written.map_err(|error| {
+                me.frames.flush().err().unwrap_or_else(|| std::io::Error::other(error))
+            })
         });
     }
 
     fn row(&mut self, row: &SeriesRow) {
-        self.rows.push(*row);
+        match row.is_finite() {
+            true => self.rows.push(*row),
+            false => self.wild += 1,
+        }
     }
 
     fn checkpoint(&mut self, state: &[u8]) {
@@ -146,6 +155,7 @@ impl Road {
         let mut recorder = Recorder {
             frames: BufWriter::new(frames),
             rows: saved.as_ref().map(|s| s.rows.clone()).unwrap_or_default(),
+            wild: 0,
             key: key.to_owned(),
             checkpoint: self.store.path(CHECKPOINT),
             watch: Watch::new(
@@ -171,6 +181,13 @@ impl Road {
             let scene = self.loaded.path.display().to_string();
             return Err(RoadError::Paused { scene, step });
         }
+        let mut notes = summary.notes;
+        if recorder.wild > 0 {
+            notes.push(format!(
+                "{} rows of the series are left out: energies or momenta beyond the range of numbers",
+                recorder.wild
+            ));
+        }
         let run = Run {
             solver: format!("riprap {} ({})", crate::VERSION, model.plan.scheme.key()),
             outcome: summary.outcome,
@@ -180,7 +197,7 @@ impl Road {
             springs: summary.springs,
             series: recorder.rows,
             cost: summary.cost,
-            notes: summary.notes,
+            notes,
         };
         self.write_run(&mut running, model, &run)?;
         if let Some(watch) = &recorder.watch {
@@ -207,6 +224,12 @@ impl Road {
             self.remarks.push(
                 "the checkpoint belongs to other inputs; started from the packing".to_owned(),
             );
+        }
+        let frames = std::fs::metadata(self.store.path(FRAMES)).map_or(0, |data| data.len());
+        if saved.as_ref().is_some_and(|saved| frames < saved.frames_bytes) {
+            let remark = "frames before the checkpoint are lost; started from the packing";
+            self.remarks.push(remark.to_owned());
+            return None;
         }
         saved
     }
@@ -273,7 +296,8 @@ impl Road {
 
     fn read_run(&self) -> Result<Run, RoadError> {
         let mut run: Run = self.store.read_json("run/run.json")?;
-        run.frames = Frames::open(&self.store.path(FRAMES))?.collect::<Result<_, _>>()?;
+        let frames: Result<_, _> = Frames::open(&self.store.path(FRAMES))?.collect();
+        run.frames = frames.map_err(FormatError::of_own_file)?;
         Ok(run)
     }
 }

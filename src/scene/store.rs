@@ -67,7 +67,10 @@ impl Store {
     /// # Errors
     /// What the system says if the folder cannot be created or written to.
     pub fn open(root: &Path, scene: &Path, text: &str, seed: u64) -> Result<Self, FormatError> {
-        std::fs::create_dir_all(root).map_err(|source| FormatError::io(root, "write", source))?;
+        std::fs::create_dir_all(root).map_err(|source| match root.is_file() {
+            true => FormatError::file(root, "cannot write: this is a file, not a folder"),
+            false => FormatError::io(root, "write", source),
+        })?;
         let earlier: Option<Manifest> = std::fs::read(root.join("manifest.json"))
             .ok()
             .and_then(|bytes| serde_json::from_slice(&bytes).ok())
@@ -159,9 +162,10 @@ impl Store {
     /// A file that cannot be read or holds something else.
     pub fn read_json<T: serde::de::DeserializeOwned>(&self, name: &str) -> Result<T, FormatError> {
         let path = self.root.join(name);
-        let bytes =
-            std::fs::read(&path).map_err(|source| FormatError::io(&path, "read", source))?;
-        serde_json::from_slice(&bytes).map_err(|error| FormatError::file(&path, error.to_string()))
+        let bytes = std::fs::read(&path)
+            .map_err(|source| FormatError::io(&path, "read", source).of_own_file())?;
+        serde_json::from_slice(&bytes)
+            .map_err(|error| FormatError::file(&path, error.to_string()).of_own_file())
     }
 
     /// Ends a stage: its result counts from here on. Returns its wall-clock seconds.

@@ -63,7 +63,7 @@ const MOST: usize = 200_000;
 /// # Errors
 /// [`RoadError::Format`] for files that cannot be read or hold no spheres; forces of spheres that are not there.
 pub fn survey(path: &Path, wanted: &Survey) -> Result<Findings, RoadError> {
-    let path = spheres_beside(path);
+    let path = format::spheres_beside(path);
     let Data::Particles(table) = format::read(&path)? else {
         return Err(FormatError::file(&path, "holds a surface, no spheres").into());
     };
@@ -74,13 +74,6 @@ pub fn survey(path: &Path, wanted: &Survey) -> Result<Findings, RoadError> {
     let mut found = findings(&bed, wanted);
     found.title = format!("Measures of {}", path.display());
     Ok(found)
-}
-
-/// `packing.csv` holds bodies; its spheres lie in `packing.vtp`.
-fn spheres_beside(path: &Path) -> PathBuf {
-    let vtp = path.with_extension("vtp");
-    let bodies = path.file_name().is_some_and(|name| name == "packing.csv") && vtp.is_file();
-    if bodies { vtp } else { path.to_owned() }
 }
 
 fn bed(table: &Particles, wanted: &Survey) -> Result<Bed, RoadError> {

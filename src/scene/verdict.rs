@@ -12,7 +12,7 @@ use crate::model::{Dimension, FarMethod, Model};
 use crate::num::{Fault, Job, Rotation, Vec3};
 use crate::pack::{Measures, Packing, Placement};
 use crate::scene::materials::PairFacts;
-use crate::solver;
+use crate::solver::{self, LimitKind};
 use serde::Serialize;
 
 /// Distinct grains of each family that are made to judge a scene.
@@ -108,8 +108,56 @@ pub struct Verdict {
     pub seconds: f64,
     /// Cells and lists of neighbours.
     pub lists: Lists,
+    /// What is possible but hardly meant.
+    pub warnings: Vec<String>,
     /// What outside solvers cannot do or do differently.
     pub solvers: Vec<String>,
+}
+
+/// What a few grains of each family tell of the whole scene.
+struct Sample {
+    built: Built,
+    /// Spheres of all grains.
+    spheres: f64,
+    /// Volume of all grains that are packed, m³ (discs: m²).
+    solid: f64,
+    /// Volume of the container.
+    room: Option<f64>,
+}
+
+/// Overlap at rest over the radius from which contacts count as too soft.
+const SOFT: f64 = 0.05;
+
+/// What is possible but hardly meant.
+fn warnings(loaded: &Loaded, sample: &Sample, advice: &Advice, memory: f64) -> Vec<String> {
+    let mut all = Vec::new();
+    let keeps_sizes = !loaded.scene.packing.makes_sizes();
+    if let Some(room) = sample.room.filter(|room| keeps_sizes && sample.solid > *room) {
+        all.push(format!(
+            "the grains alone take {:.3e} times the volume of the container: most will find no place \
+             (numbers without a unit are metres)",
+            sample.solid / room
+        ));
+    }
+    if advice.static_overlap > SOFT {
+        all.push(format!(
+            "grains at rest sink about {:.3e} radii into each other; usual is 0.01 or less: \
+             give stiffer contacts (kn or young)",
+            advice.static_overlap
+        ));
+    }
+    if let Some(free) = free_memory().filter(|free| memory > *free) {
+        let (needs, free) = (memory / 1e9, free / 1e9);
+        all.push(format!("needs about {needs:.1} GB of memory; {free:.1} GB are free here"));
+    }
+    all
+}
+
+/// Memory that programs can still get, bytes; `None` where the system does not tell.
+fn free_memory() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    line.trim().strip_suffix("kB")?.trim().parse::<f64>().ok().map(|kilobytes| kilobytes * 1024.0)
 }
 
 impl Verdict {
@@ -118,9 +166,12 @@ impl Verdict {
     /// # Errors
     /// Everything that would stop the scene before its run.
     pub fn of(loaded: &Loaded, job: &Job) -> Result<Self, SceneError> {
-        let (built, spheres, volume) =
-            sample(loaded, job).map_err(|fault| loaded.wrong(&[fault]))?;
-        let Built { model, pairs, advice } = built;
+        let sample = sample(loaded, job).map_err(|fault| loaded.wrong(&[fault]))?;
+        let spheres = sample.spheres;
+        let memory = spheres * BYTES_PER_SPHERE;
+        let warnings = warnings(loaded, &sample, &sample.built.advice, memory);
+        let volume = sample.room;
+        let Built { model, pairs, advice } = sample.built;
         let lists = Lists::of(&model, &advice, spheres, volume);
         let grains: u64 = loaded.scene.grains.iter().map(|family| u64::from(family.count)).sum();
         let (needs, left_out): (Vec<_>, Vec<_>) =
@@ -135,9 +186,12 @@ impl Verdict {
         let solvers = solver::all()
             .into_iter()
             .flat_map(|s| {
-                s.limits(&model)
-                    .into_iter()
-                    .map(move |limit| format!("{}: {}", s.name(), limit.what))
+                s.limits(&model).into_iter().map(move |limit| match limit.kind {
+                    LimitKind::Refused => {
+                        format!("{} cannot run this scene: {}", s.name(), limit.what)
+                    }
+                    _ => format!("{}: {}", s.name(), limit.what),
+                })
             })
             .collect();
         Ok(Self {
@@ -152,20 +206,21 @@ impl Verdict {
             pairs,
             needs: key(needs),
             left_out: key(left_out),
-            memory: spheres * BYTES_PER_SPHERE,
+            memory,
             seconds: spheres * model.plan.steps as f64 / SPEED + far_seconds(&model, grains as f64),
             lists,
+            warnings,
             solvers,
         })
     }
 }
 
 /// A model of a few grains of each family, side by side without contact, and
-/// the number of spheres that the whole scene will have; volume of the container.
-fn sample(loaded: &Loaded, job: &Job) -> Result<(Built, f64, Option<f64>), Fault> {
+/// what the whole scene will have of spheres and volumes.
+fn sample(loaded: &Loaded, job: &Job) -> Result<Sample, Fault> {
     let room = Room::of(loaded)?;
     let mut samples: Vec<Grain> = Vec::new();
-    let mut spheres = 0.0;
+    let (mut spheres, mut solid) = (0.0, 0.0);
     let draws = grains::draws(loaded)?;
     for (number, family) in loaded.scene.grains.iter().enumerate() {
         let first = samples.len();
@@ -178,7 +233,12 @@ fn sample(loaded: &Loaded, job: &Job) -> Result<(Built, f64, Option<f64>), Fault
         }
         let made = samples.len() - first;
         let balls: usize = samples[first..].iter().map(|grain| grain.clump.balls.len()).sum();
-        spheres += f64::from(family.count) * balls as f64 / made.max(1) as f64;
+        let each = f64::from(family.count) / made.max(1) as f64;
+        spheres += each * balls as f64;
+        if family.insertion.is_none() {
+            let volumes = samples[first..].iter().map(|grain| grain.clump.volume);
+            solid += each * volumes.sum::<f64>();
+        }
     }
     let packing =
         side_by_side(&samples, room.region.as_ref().map_or_else(Vec3::zeros, |r| top(loaded, r)));
@@ -189,7 +249,7 @@ fn sample(loaded: &Loaded, job: &Job) -> Result<(Built, f64, Option<f64>), Fault
         // One that comes stands for all: what solvers can say depends on whether there is any.
         built.model.arrivals = vec![loaded.scene.plan.duration.0];
     }
-    Ok((built, spheres, room.region.as_ref().map(Region::volume)))
+    Ok(Sample { built, spheres, solid, room: room.region.as_ref().map(Region::volume) })
 }
 
 /// The highest place of a region, against gravity: grains may fall from there.

@@ -297,9 +297,35 @@ fn replace(folder: &Path, temporary: &Path) -> Result<(), SolverError> {
                 folder.display()
             )));
         }
+        keep_strangers(folder, temporary)?;
         fs::remove_dir_all(folder).map_err(SolverError::io(folder))?;
     }
     fs::rename(temporary, folder).map_err(SolverError::io(folder))
+}
+
+/// Moves what somebody else put into the old deck to the new one; files of decks and what
+/// solvers write stay behind.
+fn keep_strangers(old: &Path, new: &Path) -> Result<(), SolverError> {
+    for entry in fs::read_dir(old).map_err(SolverError::io(old))? {
+        let name = entry.map_err(SolverError::io(old))?.file_name();
+        let own = is_of_decks(&name.to_string_lossy());
+        if !own && !new.join(&name).exists() {
+            fs::rename(old.join(&name), new.join(&name)).map_err(SolverError::io(old))?;
+        }
+    }
+    Ok(())
+}
+
+/// True for names of files that decks have, or that solvers write when they run one.
+fn is_of_decks(name: &str) -> bool {
+    let starts =
+        ["in.", "run.", "job.slurm", "wall_", "springs.", "start.restart", "restart", "log."];
+    let ends = [".dump", ".data", ".inf", ".in"];
+    let tables = ["spheres", "clumps", "members", "arrivals", "bonds"].map(|t| format!("{t}.csv"));
+    starts.iter().any(|start| name.starts_with(start))
+        || ends.iter().any(|end| name.ends_with(end))
+        || ["frames.txt", "contacts.txt", "breaks.txt"].contains(&name)
+        || tables.iter().any(|table| table == name)
 }
 
 #[cfg(unix)]
@@ -333,6 +359,11 @@ mod tests {
         write_folder(&folder, &files("one")).expect("written");
         write_folder(&folder, &files("two")).expect("replaced");
         assert_eq!(fs::read_to_string(folder.join("run.sh")).expect("there"), "two");
+        fs::write(folder.join("notes.txt"), "mine").expect("written");
+        fs::write(folder.join("spheres.dump"), "old").expect("written");
+        write_folder(&folder, &files("three")).expect("replaced");
+        assert_eq!(fs::read_to_string(folder.join("notes.txt")).expect("kept"), "mine");
+        assert!(!folder.join("spheres.dump").exists(), "results of another deck go");
         let other = room.path().join("letters");
         fs::create_dir(&other).expect("made");
         fs::write(other.join("dear.txt"), "x").expect("written");

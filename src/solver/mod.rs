@@ -52,9 +52,10 @@ pub trait Solver: Sync {
     fn find(&self) -> Option<Installation> {
         self.program().find()
     }
-    /// How to get it, as the end of a sentence: "... is not installed; {this}".
-    fn how_to_install(&self) -> &'static str {
-        self.program().how_to_install
+    /// Why [`Self::find`] finds none and how to get it: the end of a sentence that starts with
+    /// its name, "is not installed; …".
+    fn absence(&self) -> String {
+        self.program().absence()
     }
     /// True if its decks can be run on several MPI ranks.
     fn takes_ranks(&self) -> bool;
@@ -198,7 +199,7 @@ pub enum SolverError {
         problem: String,
     },
     /// The solver ended with an error before it wrote a frame.
-    #[error("{solver} ended with {status} before it wrote anything:\n{tail}")]
+    #[error("{solver} ended with {status} before it wrote anything{}", said(tail))]
     Solver {
         /// Name of the solver.
         solver: &'static str,
@@ -215,6 +216,11 @@ pub enum SolverError {
         /// What is wrong with it.
         problem: String,
     },
+}
+
+/// Last lines of output as the end of a message.
+fn said(tail: &str) -> String {
+    if tail.trim().is_empty() { "; it said nothing".to_owned() } else { format!(":\n{tail}") }
 }
 
 impl SolverError {

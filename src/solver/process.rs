@@ -19,6 +19,8 @@ use std::time::{Duration, Instant};
 const LOOK: Duration = Duration::from_millis(20);
 /// How long MPI may take to stop its ranks before it is killed.
 const PATIENCE: Duration = Duration::from_secs(5);
+/// How long a program may take to tell its version (YADE loads for seconds from slow disks).
+const PROBE: Duration = Duration::from_secs(30);
 /// Lines of output that are kept.
 const TAIL: usize = 400;
 /// Clock ticks a second in `/proc/PID/stat`: 100 on every Linux.
@@ -231,18 +233,46 @@ pub fn program(variable: &str, name: &str) -> Option<PathBuf> {
         .find(|path| path.is_file())
 }
 
-/// What `program` prints after `marker` when called with `arguments`, to the end of the line.
+/// What `program` prints after `marker` when called with `arguments`, to the end of the line;
+/// `None` also if it has not ended after [`PROBE`].
 pub fn says(program: &Path, arguments: &[&str], marker: &str) -> Option<String> {
-    let output = std::process::Command::new(program)
+    says_within(program, arguments, marker, PROBE)
+}
+
+fn says_within(
+    program: &Path,
+    arguments: &[&str],
+    marker: &str,
+    patience: Duration,
+) -> Option<String> {
+    let mut child = std::process::Command::new(program)
         .args(arguments)
         .env("OMPI_MCA_ess_singleton_isolated", "1")
         .stdin(Stdio::null())
-        .output()
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
         .ok()?;
-    let text =
-        [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
-    let rest = text.iter().flat_map(|text| text.lines()).find_map(|line| line.split_once(marker));
-    rest.map(|(_, rest)| rest.trim().to_owned())
+    let (sender, lines) = channel();
+    follow(child.stdout.take().map(|s| Box::new(s) as Box<dyn Read + Send>), sender.clone());
+    follow(child.stderr.take().map(|s| Box::new(s) as Box<dyn Read + Send>), sender);
+    let start = Instant::now();
+    while child.try_wait().ok()?.is_none() {
+        if start.elapsed() > patience {
+            // It may have ended in between; either way it is waited for, and no use.
+            let _ = child.kill();
+            let _ = child.wait();
+            return None;
+        }
+        std::thread::sleep(LOOK);
+    }
+    let mut said = None;
+    // Both pipes close with the child; one that a child of its own holds open is not waited for.
+    while let Ok(line) = lines.recv_timeout(Duration::from_secs(1)) {
+        let rest = line.split_once(marker).map(|(_, rest)| rest.trim().to_owned());
+        said = said.or(rest);
+    }
+    said
 }
 
 /// Removes old output files, so that nothing old is ever read as new.
@@ -296,6 +326,19 @@ mod tests {
         for text in ["step 3", "bad", "/nowhere/solver"] {
             assert!(ended.line_with(text).is_some(), "{:?}", ended.tail);
         }
+    }
+
+    #[test]
+    fn a_program_that_hangs_tells_no_version() {
+        let sh = |text: &str| {
+            let start = Instant::now();
+            let short = Duration::from_millis(300);
+            let said = says_within(Path::new("/bin/sh"), &["-c", text], "Version ", short);
+            assert!(start.elapsed() < Duration::from_secs(20));
+            said
+        };
+        assert_eq!(sh("echo a; echo Version 3 >&2").as_deref(), Some("3"));
+        assert_eq!(sh("echo Version 3; exec sleep 60"), None);
     }
 
     #[test]

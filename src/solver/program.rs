@@ -40,6 +40,24 @@ impl Program {
         Some(Installation { program, version })
     }
 
+    /// Why there is none, and how to get it: the end of a sentence that starts with its name.
+    pub fn absence(&self) -> String {
+        let how = self.how_to_install;
+        let asked = std::env::var(self.variable).ok().filter(|value| !value.is_empty());
+        match (process::program(self.variable, self.command), asked) {
+            (Some(path), _) => format!(
+                "is not usable: {} does not tell its version when it is called with `{}`; {how}",
+                path.display(),
+                self.ask.join(" ")
+            ),
+            (None, Some(value)) => {
+                let variable = self.variable;
+                format!("is not installed: {variable} names {value}, which is no program; {how}")
+            }
+            (None, None) => format!("is not installed; {how}"),
+        }
+    }
+
     /// Runs `run.sh` of a deck until it ends or `job` is cancelled.
     pub fn run(&self, model: &Model, deck: &Deck, job: &Job) -> Result<Ended, SolverError> {
         let program = process::program(self.variable, self.command)

@@ -40,6 +40,9 @@ pub enum StudyError {
     /// The user asked to stop.
     #[error("stopped; a study keeps nothing of what it has not finished")]
     Cancelled,
+    /// What was asked for is not there.
+    #[error("{0}")]
+    Input(String),
     /// A computation failed that should not.
     #[error("{0}")]
     Work(String),

@@ -177,3 +177,51 @@ fn without_solvers_the_rest_is_done() {
     assert!(bench.path("s.out/report/index.html").exists());
     assert!(bench.path("s.out/run/final.csv").exists());
 }
+
+#[test]
+fn a_deck_that_cannot_be_does_not_keep_the_others() {
+    let bench = Bench::with(&BALLS.replace("step = ", "local_damping = 0.2\nstep = "));
+    let did = bench.call(&["export", "s.toml", "--to", "liggghts,yade,yade", "--json"]);
+    assert_eq!(did.code, 1, "{}", did.err);
+    assert!(did.err.contains("LIGGGHTS 3.8.0 cannot run this scene: local"), "{}", did.err);
+    assert_eq!(did.json()["decks"].as_array().map(Vec::len), Some(1), "each solver once");
+    assert!(bench.path("s.out/decks/yade/run.py").exists());
+    assert!(!bench.path("s.out/decks/liggghts").exists());
+    let text = bench.ok(&["check", "s.toml"]).out;
+    assert!(text.contains("LIGGGHTS 3.8.0 cannot run this scene: local"), "{text}");
+}
+
+#[test]
+fn comparisons_that_cannot_be_say_so_before_they_start() {
+    let bench = Bench::with(BALLS);
+    for (call, said) in [
+        (&["compare", "s.toml", "--only", "x"][..], "--all"),
+        (&["compare", "--all", "--only", "no such case", "-o", "m"], "pair-normal"),
+        (&["compare", "s.toml", "--lock-step", "1000000"], "1 to 1500 steps"),
+    ] {
+        let did = bench.call(call);
+        assert_eq!(did.code, 2, "{call:?}\n{}", did.err);
+        assert!(did.err.contains(said), "{call:?}\n{}", did.err);
+    }
+    let mut command = bench.command(&["compare", "s.toml", "--lock-step", "500"]);
+    for program in ["RIPRAP_LIGGGHTS", "RIPRAP_YADE", "RIPRAP_LAMMPS"] {
+        command.env(program, "/nonexistent");
+    }
+    let did = super::bench::Did::of(command.output().expect("started"));
+    assert_eq!(did.code, 3, "nothing was compared\n{}", did.err);
+}
+
+#[test]
+fn a_program_that_is_no_solver_is_named() {
+    let bench = Bench::with(BALLS);
+    for (program, said) in [
+        ("/nowhere/yade", "RIPRAP_YADE names /nowhere/yade"),
+        ("/bin/false", "/bin/false does not tell"),
+    ] {
+        let mut command = bench.command(&["compare", "s.toml", "--with", "yade"]);
+        let did =
+            super::bench::Did::of(command.env("RIPRAP_YADE", program).output().expect("started"));
+        assert_eq!(did.code, 3, "{}", did.err);
+        assert!(did.err.contains(said) && did.err.contains("apt install"), "{}", did.err);
+    }
+}

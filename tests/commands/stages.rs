@@ -245,3 +245,29 @@ fn resume_without_a_checkpoint_says_so() {
     let did = bench.ok(&["run", "s.toml", "--resume"]);
     assert!(did.err.contains("there is no checkpoint; started from the packing"), "{}", did.err);
 }
+
+#[test]
+fn a_damaged_file_is_named_with_its_cure() {
+    let bench = Bench::with(&CLUMPS.replace("60 ms", "5 ms"));
+    bench.ok(&["run", "s.toml", "-q"]);
+    for name in ["packing.csv", "packing.json", "run/run.json"] {
+        let path = format!("s.out/{name}");
+        bench.write(&path, "rubbish");
+        let did = bench.call(&["run", "s.toml"]);
+        assert_eq!(did.code, 2, "{name}");
+        assert!(did.err.contains(name) && did.err.contains("remove this file"), "{}", did.err);
+        std::fs::remove_file(bench.path(&path)).expect("removed");
+        bench.ok(&["run", "s.toml", "-q"]);
+    }
+}
+
+#[test]
+fn numbers_beyond_all_bounds_reach_no_file() {
+    let bench = Bench::with(&CLUMPS.replace("\"60 ms\"", "\"60 ms\"\ngravity = [0, 0, -1e300]"));
+    let did = bench.call(&["run", "s.toml"]);
+    assert_eq!(did.code, 1, "{}\n{}", did.out, did.err);
+    let series = bench.read("s.out/run/series.csv").to_lowercase();
+    let rows = series.lines().skip(1).flat_map(|row| row.split(','));
+    assert!(rows.clone().all(|cell| cell.parse::<f64>().is_ok_and(f64::is_finite)), "{series}");
+    assert!(rows.count() > 0);
+}

@@ -198,3 +198,53 @@ fn output_that_cannot_be_written_is_wrong_input() {
         assert_eq!(good.call(call).code, 2, "{call:?}");
     }
 }
+
+#[test]
+fn an_error_is_one_json_object_too() {
+    let bench = Bench::with(BALLS);
+    for call in [&["check", "none.toml", "--json"][..], &["frob", "--json"], &["run", "--json"]] {
+        let did = bench.call(call);
+        assert_eq!(did.code, 2, "{call:?}");
+        let value = did.json();
+        assert_eq!(value["exit_code"], 2, "{call:?}");
+        let message = value["error"].as_str().expect("a text");
+        assert!(!message.is_empty() && did.err.contains(message), "{call:?}: {message}");
+    }
+    assert!(bench.call(&["frob"]).out.is_empty());
+}
+
+#[test]
+fn packing_csv_is_measured_drawn_and_converted_by_its_spheres() {
+    let bench = furnished();
+    let table = "s.out/packing.csv";
+    let rows = bench.ok(&["measure", table, "--json"]).json();
+    assert_eq!(rows["files"][0]["measures"]["spheres"], 2);
+    bench.ok(&["view", table, "-o", "p.png"]);
+    bench.ok(&["convert", table, "p.xyz"]);
+    assert!(bench.read("p.xyz").starts_with("2\n"));
+}
+
+#[test]
+fn files_are_what_their_names_say() {
+    let bench = furnished();
+    for call in [
+        &["view", "egg.stl", "-o", "egg.txt"][..],
+        &["reproduce", "egg.stl", "--spheres", "3", "-o", "clump.stl"],
+    ] {
+        let did = bench.call(call);
+        assert_eq!(did.code, 2, "{call:?}");
+        assert!(did.err.contains("NAME."), "{call:?}\n{}", did.err);
+        assert!(!bench.path(call[call.len() - 1]).exists());
+    }
+}
+
+#[test]
+fn the_manual_has_the_options_of_every_verb() {
+    let bench = Bench::new();
+    let man = bench.ok(&["man"]).out;
+    for option in ["as\\-drawn", "lock\\-step", "processors", "write\\-only", "without\\-dem"] {
+        assert!(man.contains(option), "{option}");
+    }
+    assert!(man.contains("Exit codes") && man.contains("130"), "{man}");
+    assert_eq!(man.matches("NO_COLOR").count(), 1, "options of all verbs stand once");
+}

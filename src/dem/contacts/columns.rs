@@ -91,6 +91,15 @@ impl Triple<Column> {
 }
 
 impl Scratch {
+    /// Parts the pairs from `count` on, which fill up a group: they do not touch.
+    #[inline(always)]
+    pub fn part<const W: usize>(&mut self, count: usize, groups: usize) {
+        for group in count / W..groups {
+            let real = (1u32 << count.saturating_sub(group * W)) - 1;
+            self.touches[within::<W>(group * W)] &= real as u8;
+        }
+    }
+
     /// Writes one path-averaged contact.
     pub fn put_meeting(&mut self, at: usize, meeting: &Meeting, arms: [f64; 2]) {
         self.unit.put(at, meeting.normal);

@@ -125,7 +125,7 @@ pub fn waiting<V: Version, K: Kind>(
         seats: &[],
         kind: Second::Faces,
     };
-    check(pairs, field, scratch.pulls.len());
+    let pairs = check(pairs, field, scratch.pulls.len());
     let mut view = kept.view();
     follow::<V, K>(field, (&view, 0), whole, scratch);
     V::answer::<K>(field, pairs, (&mut view, 0), scratch);

@@ -45,7 +45,7 @@ use version::Version;
 pub const GROUP: usize = 8;
 
 pub const ZEROS: Line = Line([0.0; 8]);
-/// What the second sphere gets of the first one's force and torque where all are alike.
+/// What the second sphere gets of a row of force and torque.
 const AGAINST: Line = Line([-1.0, -1.0, -1.0, 0.0, 1.0, 1.0, 1.0, 0.0]);
 
 /// Eight answers for each set of bits.
@@ -96,16 +96,24 @@ pub enum Second {
     Faces,
 }
 
-impl<'a> Pairs<'a> {
+/// Pairs whose places all exist: see [`check`].
+#[derive(Debug, Clone, Copy)]
+pub struct Checked<'a>(Pairs<'a>);
+
+impl<'a> std::ops::Deref for Checked<'a> {
+    type Target = Pairs<'a>;
+    #[inline(always)]
+    fn deref(&self) -> &Pairs<'a> {
+        &self.0
+    }
+}
+
+impl<'a> Checked<'a> {
     #[inline(always)]
     fn slice(self, from: usize, to: usize) -> Self {
-        Self {
-            block: self.block,
-            first: &self.first[from..to],
-            second: &self.second[from..to],
-            seats: if self.kind == Second::Balls { &self.seats[from..to] } else { &[] },
-            kind: self.kind,
-        }
+        let Pairs { block, first, second, seats, kind } = self.0;
+        let seats = if kind == Second::Balls { &seats[from..to] } else { &[] };
+        Self(Pairs { block, first: &first[from..to], second: &second[from..to], seats, kind })
     }
 }
 
@@ -157,19 +165,33 @@ fn all<V: Version, K: Kind>(
 /// Sets the loads of a block and of strangers; what its contacts took.
 pub fn finish(part: &mut Part<'_>, scratch: &mut Scratch) -> Tally {
     let (own, away) = scratch.pulls.split_at_mut(part.loads.len());
-    take(part.loads, own);
-    take(part.strangers, away);
+    hand_over(part.loads, own);
+    hand_over(part.strangers, away);
     let [normal_dashpot, tangential_dashpot, slip] = scratch.sums.map(|sums| sums.iter().sum());
     let wall_power = scratch.power.iter().sum();
     Tally { normal_dashpot, tangential_dashpot, slip, wall_power, ..Tally::default() }
 }
 
+/// [`take`] with the lanes that this processor has.
+fn hand_over(loads: &mut [Load], pulls: &mut [Line]) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        if Eight::is_here() {
+            return Eight::take(loads, pulls);
+        }
+        if Four::is_here() {
+            return Four::take(loads, pulls);
+        }
+    }
+    Plain::take(loads, pulls)
+}
+
 /// Hands over what was summed, and leaves zeros for the next block while the lines are at hand.
-fn take(loads: &mut [Load], pulls: &mut [Line]) {
+#[inline(always)]
+fn take<const W: usize, L: Wide<W>>(loads: &mut [Load], pulls: &mut [Line]) {
     for (load, pull) in loads.iter_mut().zip(pulls) {
-        let Line([a, b, c, _, d, e, f, _]) = *pull;
-        *load = Load { force: Vec3::new(a, b, c), torque: Vec3::new(d, e, f) };
-        *pull = ZEROS;
+        L::keep_six(L::row(pull), load.vectors());
+        L::keep(L::row(&ZEROS), pull);
     }
 }
 
@@ -180,6 +202,7 @@ fn sweeps<V: Version, K: Kind>(
     book: &mut BookView<'_>,
     scratch: &mut Scratch,
 ) {
+    let pairs = V::check(pairs, field, scratch.pulls.len());
     let whole = pairs.first.len() / GROUP * GROUP;
     for begin in (0..whole).step_by(SWEEP) {
         if field.balls.len() > NEAR && pairs.kind == Second::Balls {
@@ -217,7 +240,7 @@ fn fetch(field: &Field<'_>, slot: usize) {
 /// All three sweeps over the same pairs, see [`approach`].
 fn sweep<V: Version, K: Kind>(
     field: &Field<'_>,
-    pairs: Pairs<'_>,
+    pairs: Checked<'_>,
     count: usize,
     book: (&mut BookView<'_>, usize),
     scratch: &mut Scratch,
@@ -265,7 +288,7 @@ pub fn follow<V: Version, K: Kind>(
 /// The same with planes.
 fn sweep_planes<V: Version, K: Kind>(
     field: &Field<'_>,
-    pairs: Pairs<'_>,
+    pairs: Checked<'_>,
     count: usize,
     book: (&mut BookView<'_>, usize),
     scratch: &mut Scratch,
@@ -290,7 +313,7 @@ fn sweep_planes<V: Version, K: Kind>(
 /// The last pairs, fewer than a group: the group is filled up with pairs that do not count.
 fn rest<V: Version, K: Kind>(
     field: &Field<'_>,
-    pairs: Pairs<'_>,
+    pairs: Checked<'_>,
     whole: &mut BookView<'_>,
     from: usize,
     scratch: &mut Scratch,
@@ -305,7 +328,9 @@ fn rest<V: Version, K: Kind>(
         Second::Balls => filled(left.seats),
         _ => [0; GROUP],
     };
-    let pairs = Pairs { first: &first, second: &second, seats: &seats, ..pairs };
+    let seats = if left.kind == Second::Balls { &seats[..] } else { &[] };
+    let pairs = Pairs { first: &first, second: &second, seats, ..*pairs };
+    let pairs = V::check(pairs, field, scratch.pulls.len());
     let mut touching = [false; GROUP];
     let (mut spring, mut normal) = ([Vec3::zeros(); GROUP], [Vec3::zeros(); GROUP]);
     let (mut lag, mut power) = ([0.0; GROUP], [0.0; GROUP]);
@@ -373,12 +398,12 @@ pub fn chunk_mut<const W: usize, T>(values: &mut [T], at: usize) -> &mut [T; W] 
 #[inline(always)]
 fn approach<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
     field: &Field<'_>,
-    pairs: Pairs<'_>,
+    pairs: Checked<'_>,
     count: usize,
     scratch: &mut Scratch,
 ) {
-    check(pairs, field, scratch.pulls.len());
     let Field { balls, spins, setting, yade, .. } = field;
+    let own = &balls[pairs.block..];
     let alike = L::splat(setting.alike.map_or(0.0, |(_, radius)| radius));
     let share = L::splat(setting.share);
     let slide_share = L::splat(setting.slide_share);
@@ -386,7 +411,7 @@ fn approach<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
     let (first, second) = (groups::<W, _>(pairs.first, whole), groups::<W, _>(pairs.second, whole));
     for group in 0..whole {
         let (at, me, them) = (within::<W>(group * W), &first[group], &second[group]);
-        let (ours, theirs) = (entries(balls, pairs.block, me), entries(balls, 0, them));
+        let (ours, theirs) = (entries(own, me), entries(balls, them));
         let mut rows = [L::row(&ZEROS); W];
         for l in 0..W {
             rows[l] = L::difference(L::row(ours[l].line()), L::row(theirs[l].line()));
@@ -404,25 +429,24 @@ fn approach<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
         let square = between.dot(between);
         let sum = radii[0] + radii[1];
         let near = if *yade { square.at_most(sum * sum) } else { square.below(sum * sum) };
-        let real = (1u32 << (count - at.min(count)).min(W)) - 1;
-        scratch.touches[at] = L::bits(near) & real as u8;
+        scratch.touches[at] = L::bits(near);
         let distance = square.sqrt();
         let unit = between * (L::splat(1.0) / distance);
         let overlap = sum - distance;
         scratch.unit.set(at, unit);
         scratch.overlap.set(at, overlap);
         if SPINS > 0 {
-            let arms = [radii[0] - share * overlap, radii[1] - share * overlap];
-            let slides = [radii[0] - slide_share * overlap, radii[1] - slide_share * overlap];
-            let (mine, away) = (entries(spins, pairs.block, me), entries(spins, 0, them));
+            let arms = radii.map(|radius| radius.less_times(share, overlap));
+            let slides = radii.map(|radius| radius.less_times(slide_share, overlap));
+            let (mine, away) = (entries(&spins[pairs.block..], me), entries(spins, them));
             let spins = if MIXED {
                 let (mine, away) = (L::triples(mine), L::triples(away));
-                velocity = velocity + unit.cross(mine * slides[0] + away * slides[1]);
+                velocity = velocity + unit.cross((mine * slides[0]).plus_times(away, slides[1]));
                 scratch.arms[1].set(at, arms[1]);
                 mine + away
             } else {
                 let both = L::triple_sums(mine, away);
-                velocity = velocity + unit.cross(both) * slides[0];
+                velocity = velocity.plus_times(unit.cross(both), slides[0]);
                 both
             };
             scratch.arms[0].set(at, arms[0]);
@@ -432,6 +456,7 @@ fn approach<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
         }
         scratch.velocity.set(at, velocity);
     }
+    scratch.part::<W>(count, whole);
 }
 
 /// Ways between spheres in a periodic box with these edges as those to the nearest images, m.
@@ -478,7 +503,7 @@ fn carry<const W: usize, L: Wide<W>, const HISTORY: u8>(
 #[inline(always)]
 fn answer<const W: usize, L: Wide<W>, K: Kind>(
     field: &Field<'_>,
-    pairs: Pairs<'_>,
+    pairs: Checked<'_>,
     (book, base): (&mut BookView<'_>, usize),
     scratch: &mut Scratch,
 ) {
@@ -528,7 +553,7 @@ fn answer<const W: usize, L: Wide<W>, K: Kind>(
             if K::HISTORY == History::Rotated {
                 L::pack3(past.normal, &mut normals[group]);
             }
-            scratch.push.set(at, unit * normal + tangent);
+            scratch.push.set(at, tangent.plus_times(unit, normal));
             scratch.couple.set(at, unit.cross(tangent));
         } else {
             scratch.push.set(at, unit * normal);
@@ -551,7 +576,7 @@ fn answer<const W: usize, L: Wide<W>, K: Kind>(
 /// Third sweep: adds the forces to the lines of both spheres.
 #[inline(always)]
 fn deliver<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
-    pairs: Pairs<'_>,
+    pairs: Checked<'_>,
     scratch: &mut Scratch,
 ) {
     let zero = L::splat(0.0);
@@ -570,12 +595,7 @@ fn deliver<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
         let rows = L::rows([push.x, push.y, push.z, zero, turn.x, turn.y, turn.z, zero]);
         let mut against = rows;
         if MIXED {
-            let push = push.map(|f| -f);
             against = L::rows([push.x, push.y, push.z, zero, back.x, back.y, back.z, zero]);
-        } else {
-            for row in &mut against {
-                *row = L::product(*row, L::row(&AGAINST));
-            }
         }
         for l in 0..W {
             // SAFETY: `check` has looked at both places.
@@ -583,7 +603,7 @@ fn deliver<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
             add::<W, L, SPINS>(rows[l], pull);
             // SAFETY: see above.
             let pull = unsafe { scratch.pulls.get_unchecked_mut(seats[l] as usize) };
-            add::<W, L, SPINS>(against[l], pull);
+            oppose::<W, L, SPINS>(against[l], pull);
         }
     }
 }
@@ -598,10 +618,20 @@ pub fn add<const W: usize, L: Wide<W>, const SPINS: u8>(row: L::Row, line: &mut 
     }
 }
 
-/// Panics if a slot of a sweep does not exist: one look a sweep, so that no access inside it
-/// has a branch.
+/// Adds a row to the line of the other sphere, which feels the force the other way round and its torque as it is.
 #[inline(always)]
-pub fn check(pairs: Pairs<'_>, field: &Field<'_>, pulls: usize) {
+fn oppose<const W: usize, L: Wide<W>, const SPINS: u8>(row: L::Row, line: &mut Line) {
+    if SPINS > 0 {
+        L::keep(L::signed_sum(L::row(line), row, L::row(&AGAINST)), line);
+    } else {
+        L::take_half(row, line);
+    }
+}
+
+/// Panics if a place of one of the pairs does not exist, in the `field` or among as many `pulls`: one look at all of them, so
+/// that no access in the sweeps has a branch.
+#[inline(always)]
+fn check<'a>(pairs: Pairs<'a>, field: &Field<'_>, pulls: usize) -> Checked<'a> {
     fn highest<T: Copy + Ord + Default>(slots: &[T]) -> T {
         slots.iter().fold(T::default(), |top, slot| top.max(*slot))
     }
@@ -610,23 +640,22 @@ pub fn check(pairs: Pairs<'_>, field: &Field<'_>, pulls: usize) {
         spins => spins.min(field.balls.len()),
     };
     let (first, second) = (usize::from(highest(pairs.first)), highest(pairs.second) as usize);
-    assert!(first.max(usize::from(highest(pairs.seats))) < pulls && pairs.block + first < count);
-    match pairs.kind {
-        Second::Balls => assert!(second < count),
-        Second::Planes => assert!(second < field.planes.lines.len()),
-        Second::Faces => {}
-    }
+    let seat = usize::from(highest(pairs.seats));
+    let there = match pairs.kind {
+        Second::Balls => second < count,
+        Second::Planes => second < field.planes.lines.len(),
+        Second::Faces => true,
+    };
+    let all = first.max(seat) < pulls && pairs.block + first < count && there;
+    assert!(all || pairs.first.is_empty() && pairs.second.is_empty() && pairs.seats.is_empty());
+    Checked(pairs)
 }
 
-/// The values at these places after `from`, which [`check`] has looked at.
+/// The values at these places, which [`check`] has looked at.
 #[inline(always)]
-pub fn entries<'a, const W: usize, T, I: Place>(
-    values: &'a [T],
-    from: usize,
-    places: &[I; W],
-) -> [&'a T; W] {
+pub fn entries<'a, const W: usize, T, I: Place>(values: &'a [T], places: &[I; W]) -> [&'a T; W] {
     // SAFETY: the places exist.
-    let at = |place: I| unsafe { values.get_unchecked(from + place.number()) };
+    let at = |place: I| unsafe { values.get_unchecked(place.number()) };
     let mut found = [at(places[0]); W];
     for l in 1..W {
         found[l] = at(places[l]);
@@ -658,7 +687,7 @@ impl Place for u32 {
 #[inline(always)]
 pub fn gathered<const W: usize, L: Wide<W>>(
     field: &Field<'_>,
-    list: Pairs<'_>,
+    list: Checked<'_>,
     at: usize,
 ) -> Parameters<L> {
     let (me, them) = (chunk::<W, _>(list.first, at), chunk::<W, _>(list.second, at));

@@ -106,6 +106,7 @@ fn meet_along<V: Version, K: Kind>(
     scratch.pulls.resize(field.balls.len(), ZEROS);
     for pairs in lists {
         let planes = pairs.kind == Second::Planes;
+        let pairs = V::check(pairs, field, scratch.pulls.len());
         for begin in (0..pairs.first.len() / GROUP * GROUP).step_by(GROUP) {
             let pairs = pairs.slice(begin, begin + GROUP);
             let near = (GROUP, &[true; GROUP][..]);

@@ -8,12 +8,12 @@ use crate::dem::averaged_meet::{meet, meet_planes};
 pub trait Version {
     /// Contacts side by side.
     const WIDE: usize;
-    /// Whether this processor has them.
-    fn is_here() -> bool;
+    /// See [`check`].
+    fn check<'a>(pairs: Pairs<'a>, field: &Field<'_>, pulls: usize) -> Checked<'a>;
     /// See [`approach`].
     fn approach<const SPINS: u8, const MIXED: bool>(
         field: &Field<'_>,
-        pairs: Pairs<'_>,
+        pairs: Checked<'_>,
         count: usize,
         scratch: &mut Scratch,
     );
@@ -27,36 +27,38 @@ pub trait Version {
     /// See [`answer`].
     fn answer<K: Kind>(
         field: &Field<'_>,
-        pairs: Pairs<'_>,
+        pairs: Checked<'_>,
         book: (&mut BookView<'_>, usize),
         scratch: &mut Scratch,
     );
     /// See [`deliver`].
-    fn deliver<const SPINS: u8, const MIXED: bool>(pairs: Pairs<'_>, scratch: &mut Scratch);
+    fn deliver<const SPINS: u8, const MIXED: bool>(pairs: Checked<'_>, scratch: &mut Scratch);
+    /// See [`take`].
+    fn take(loads: &mut [Load], pulls: &mut [Line]);
     /// See [`planes::approach`].
     fn approach_planes<const SPINS: bool, const MOVING: bool>(
         field: &Field<'_>,
-        pairs: Pairs<'_>,
+        pairs: Checked<'_>,
         count: usize,
         scratch: &mut Scratch,
     );
     /// See [`meet`].
     fn meet<const FRICTION: bool, const DAMPING: u8, const MIXED: bool>(
         field: &Field<'_>,
-        pairs: Pairs<'_>,
+        pairs: Checked<'_>,
         near: (usize, &[bool]),
         scratch: &mut Scratch,
     );
     /// See [`meet_planes`].
     fn meet_planes<const FRICTION: bool, const DAMPING: u8>(
         field: &Field<'_>,
-        pairs: Pairs<'_>,
+        pairs: Checked<'_>,
         near: (usize, &[bool]),
         scratch: &mut Scratch,
     );
     /// See [`planes::deliver`].
     fn deliver_planes<const SPINS: bool, const MOVING: bool>(
-        pairs: Pairs<'_>,
+        pairs: Checked<'_>,
         scratch: &mut Scratch,
     );
 }
@@ -67,28 +69,35 @@ macro_rules! version {
         impl Version for $lanes {
             const WIDE: usize = $wide;
 
-            fn is_here() -> bool {
-                true $(&& is_x86_feature_detected!($feature))*
+            fn check<'a>(pairs: Pairs<'a>, field: &Field<'_>, pulls: usize) -> Checked<'a> {
+                $(#[target_feature(enable = $feature)])*
+                fn inner<'a>(pairs: Pairs<'a>, field: &Field<'_>, pulls: usize) -> Checked<'a> {
+                    check(pairs, field, pulls)
+                }
+                assert!(<Self as Wide<$wide>>::is_here());
+                // SAFETY: the processor has what the function asks for.
+                #[allow(unused_unsafe)] // nothing is asked for where all processors will do
+                unsafe { inner(pairs, field, pulls) }
             }
 
             fn approach<const SPINS: u8, const MIXED: bool>(
                 field: &Field<'_>,
-                pairs: Pairs<'_>,
+                pairs: Checked<'_>,
                 count: usize,
                 scratch: &mut Scratch,
             ) {
                 $(#[target_feature(enable = $feature)])*
                 fn inner<const SPINS: u8, const MIXED: bool>(
                     field: &Field<'_>,
-                    pairs: Pairs<'_>,
+                    pairs: Checked<'_>,
                     count: usize,
                     scratch: &mut Scratch,
                 ) {
                     approach::<$wide, $lanes, SPINS, MIXED>(field, pairs, count, scratch);
                 }
-                assert!(Self::is_here());
+                assert!(<Self as Wide<$wide>>::is_here());
                 // SAFETY: the processor has what the function asks for.
-                #[allow(unused_unsafe)] // nothing is asked for where all processors will do
+                #[allow(unused_unsafe)] // see above
                 unsafe { inner::<SPINS, MIXED>(field, pairs, count, scratch) }
             }
 
@@ -107,7 +116,7 @@ macro_rules! version {
                 ) {
                     carry::<$wide, $lanes, HISTORY>(field, book, count, scratch);
                 }
-                assert!(Self::is_here());
+                assert!(<Self as Wide<$wide>>::is_here());
                 // SAFETY: the processor has what the function asks for.
                 #[allow(unused_unsafe)] // see above
                 unsafe { inner::<HISTORY>(field, book, count, scratch) }
@@ -115,58 +124,69 @@ macro_rules! version {
 
             fn answer<K: Kind>(
                 field: &Field<'_>,
-                pairs: Pairs<'_>,
+                pairs: Checked<'_>,
                 book: (&mut BookView<'_>, usize),
                 scratch: &mut Scratch,
             ) {
                 $(#[target_feature(enable = $feature)])*
                 fn inner<K: Kind>(
                     field: &Field<'_>,
-                    pairs: Pairs<'_>,
+                    pairs: Checked<'_>,
                     book: (&mut BookView<'_>, usize),
                     scratch: &mut Scratch,
                 ) {
                     answer::<$wide, $lanes, K>(field, pairs, book, scratch);
                 }
-                assert!(Self::is_here());
+                assert!(<Self as Wide<$wide>>::is_here());
                 // SAFETY: the processor has what the function asks for.
                 #[allow(unused_unsafe)] // see above
                 unsafe { inner::<K>(field, pairs, book, scratch) }
             }
 
             fn deliver<const SPINS: u8, const MIXED: bool>(
-                pairs: Pairs<'_>,
+                pairs: Checked<'_>,
                 scratch: &mut Scratch,
             ) {
                 $(#[target_feature(enable = $feature)])*
                 fn inner<const SPINS: u8, const MIXED: bool>(
-                    pairs: Pairs<'_>,
+                    pairs: Checked<'_>,
                     scratch: &mut Scratch,
                 ) {
                     deliver::<$wide, $lanes, SPINS, MIXED>(pairs, scratch);
                 }
-                assert!(Self::is_here());
+                assert!(<Self as Wide<$wide>>::is_here());
                 // SAFETY: the processor has what the function asks for.
                 #[allow(unused_unsafe)] // see above
                 unsafe { inner::<SPINS, MIXED>(pairs, scratch) }
             }
 
+            fn take(loads: &mut [Load], pulls: &mut [Line]) {
+                $(#[target_feature(enable = $feature)])*
+                fn inner(loads: &mut [Load], pulls: &mut [Line]) {
+                    take::<$wide, $lanes>(loads, pulls);
+                }
+                assert!(<Self as Wide<$wide>>::is_here());
+                // SAFETY: the processor has what the function asks for.
+                #[allow(unused_unsafe)] // see above
+                unsafe { inner(loads, pulls) }
+            }
+
             fn approach_planes<const SPINS: bool, const MOVING: bool>(
                 field: &Field<'_>,
-                pairs: Pairs<'_>,
+                pairs: Checked<'_>,
                 count: usize,
                 scratch: &mut Scratch,
             ) {
                 $(#[target_feature(enable = $feature)])*
                 fn inner<const SPINS: bool, const MOVING: bool>(
                     field: &Field<'_>,
-                    pairs: Pairs<'_>,
+                    pairs: Checked<'_>,
                     count: usize,
                     scratch: &mut Scratch,
                 ) {
                     planes::approach::<$wide, $lanes, SPINS, MOVING>(field, pairs, count, scratch);
                 }
-                assert!(Self::is_here());
+                assert!(<Self as Wide<$wide>>::is_here());
                 // SAFETY: the processor has what the function asks for.
                 #[allow(unused_unsafe)] // see above
                 unsafe { inner::<SPINS, MOVING>(field, pairs, count, scratch) }
@@ -174,20 +194,20 @@ macro_rules! version {
 
             fn meet<const FRICTION: bool, const DAMPING: u8, const MIXED: bool>(
                 field: &Field<'_>,
-                pairs: Pairs<'_>,
+                pairs: Checked<'_>,
                 near: (usize, &[bool]),
                 scratch: &mut Scratch,
             ) {
                 $(#[target_feature(enable = $feature)])*
                 fn inner<const FRICTION: bool, const DAMPING: u8, const MIXED: bool>(
                     field: &Field<'_>,
-                    pairs: Pairs<'_>,
+                    pairs: Checked<'_>,
                     near: (usize, &[bool]),
                     scratch: &mut Scratch,
                 ) {
                     meet::<$wide, $lanes, FRICTION, DAMPING, MIXED>(field, pairs, near, scratch);
                 }
-                assert!(Self::is_here());
+                assert!(<Self as Wide<$wide>>::is_here());
                 // SAFETY: the processor has what the function asks for.
                 #[allow(unused_unsafe)] // see above
                 unsafe { inner::<FRICTION, DAMPING, MIXED>(field, pairs, near, scratch) }
@@ -195,37 +215,37 @@ macro_rules! version {
 
             fn meet_planes<const FRICTION: bool, const DAMPING: u8>(
                 field: &Field<'_>,
-                pairs: Pairs<'_>,
+                pairs: Checked<'_>,
                 near: (usize, &[bool]),
                 scratch: &mut Scratch,
             ) {
                 $(#[target_feature(enable = $feature)])*
                 fn inner<const FRICTION: bool, const DAMPING: u8>(
                     field: &Field<'_>,
-                    pairs: Pairs<'_>,
+                    pairs: Checked<'_>,
                     near: (usize, &[bool]),
                     scratch: &mut Scratch,
                 ) {
                     meet_planes::<$wide, $lanes, FRICTION, DAMPING>(field, pairs, near, scratch);
                 }
-                assert!(Self::is_here());
+                assert!(<Self as Wide<$wide>>::is_here());
                 // SAFETY: the processor has what the function asks for.
                 #[allow(unused_unsafe)] // see above
                 unsafe { inner::<FRICTION, DAMPING>(field, pairs, near, scratch) }
             }
 
             fn deliver_planes<const SPINS: bool, const MOVING: bool>(
-                pairs: Pairs<'_>,
+                pairs: Checked<'_>,
                 scratch: &mut Scratch,
             ) {
                 $(#[target_feature(enable = $feature)])*
                 fn inner<const SPINS: bool, const MOVING: bool>(
-                    pairs: Pairs<'_>,
+                    pairs: Checked<'_>,
                     scratch: &mut Scratch,
                 ) {
                     planes::deliver::<$wide, $lanes, SPINS, MOVING>(pairs, scratch);
                 }
-                assert!(Self::is_here());
+                assert!(<Self as Wide<$wide>>::is_here());
                 // SAFETY: the processor has what the function asks for.
                 #[allow(unused_unsafe)] // see above
                 unsafe { inner::<SPINS, MOVING>(pairs, scratch) }
@@ -235,6 +255,6 @@ macro_rules! version {
 }
 version!(Plain, 4,);
 #[cfg(target_arch = "x86_64")]
-version!(Four, 4, "avx2");
+version!(Four, 4, "avx2" "fma");
 #[cfg(target_arch = "x86_64")]
 version!(Eight, 8, "avx512f" "avx512dq" "avx512vl");

@@ -49,6 +49,18 @@ impl Lanes for Plain {
         Self(self.0.map(f64::abs))
     }
     #[inline(always)]
+    fn times_plus(self, by: Self, plus: Self) -> Self {
+        Self(from_fn(|l| self.0[l].mul_add(by.0[l], plus.0[l])))
+    }
+    #[inline(always)]
+    fn times_minus(self, by: Self, minus: Self) -> Self {
+        Self(from_fn(|l| self.0[l].mul_add(by.0[l], -minus.0[l])))
+    }
+    #[inline(always)]
+    fn less_times(self, a: Self, b: Self) -> Self {
+        Self(from_fn(|l| (-a.0[l]).mul_add(b.0[l], self.0[l])))
+    }
+    #[inline(always)]
     fn below(self, other: Self) -> [bool; 4] {
         from_fn(|l| self.0[l] < other.0[l])
     }
@@ -84,6 +96,9 @@ impl Lanes for Plain {
 
 impl Wide<4> for Plain {
     type Row = [f64; 8];
+    fn is_here() -> bool {
+        true
+    }
     #[inline(always)]
     fn row(line: &Line) -> [f64; 8] {
         line.0
@@ -101,12 +116,20 @@ impl Wide<4> for Plain {
         line.0.iter_mut().zip(&row[..4]).for_each(|(number, more)| *number += more);
     }
     #[inline(always)]
-    fn difference(a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
-        from_fn(|l| a[l] - b[l])
+    fn signed_sum(a: [f64; 8], b: [f64; 8], signs: [f64; 8]) -> [f64; 8] {
+        from_fn(|l| a[l] + b[l] * signs[l])
     }
     #[inline(always)]
-    fn product(a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
-        from_fn(|l| a[l] * b[l])
+    fn take_half(row: [f64; 8], line: &mut Line) {
+        line.0.iter_mut().zip(&row[..4]).for_each(|(number, less)| *number -= less);
+    }
+    #[inline(always)]
+    fn keep_six([a, b, c, _, d, e, f, _]: [f64; 8], values: &mut [Vec3; 2]) {
+        *values = [Vec3::new(a, b, c), Vec3::new(d, e, f)];
+    }
+    #[inline(always)]
+    fn difference(a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
+        from_fn(|l| a[l] - b[l])
     }
     #[inline(always)]
     fn columns(rows: [[f64; 8]; 4]) -> [Self; 8] {

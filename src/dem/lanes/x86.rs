@@ -94,6 +94,21 @@ impl Lanes for Four {
         Self(unsafe { _mm256_andnot_pd(_mm256_set1_pd(-0.0), self.0) })
     }
     #[inline(always)]
+    fn times_plus(self, by: Self, plus: Self) -> Self {
+        // SAFETY: see above.
+        Self(unsafe { _mm256_fmadd_pd(self.0, by.0, plus.0) })
+    }
+    #[inline(always)]
+    fn times_minus(self, by: Self, minus: Self) -> Self {
+        // SAFETY: see above.
+        Self(unsafe { _mm256_fmsub_pd(self.0, by.0, minus.0) })
+    }
+    #[inline(always)]
+    fn less_times(self, a: Self, b: Self) -> Self {
+        // SAFETY: see above.
+        Self(unsafe { _mm256_fnmadd_pd(a.0, b.0, self.0) })
+    }
+    #[inline(always)]
     fn below(self, other: Self) -> __m256d {
         // SAFETY: see above.
         unsafe { _mm256_cmp_pd::<_CMP_LT_OQ>(self.0, other.0) }
@@ -165,6 +180,9 @@ fn three(value: &Vec3) -> __m256d {
 
 impl Wide<4> for Four {
     type Row = [__m256d; 2];
+    fn is_here() -> bool {
+        is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")
+    }
     #[inline(always)]
     fn row(line: &Line) -> Self::Row {
         // SAFETY: see above.
@@ -190,14 +208,31 @@ impl Wide<4> for Four {
         unsafe { _mm256_storeu_pd(at, _mm256_add_pd(_mm256_loadu_pd(at), row[0])) }
     }
     #[inline(always)]
+    fn signed_sum(a: Self::Row, b: Self::Row, signs: Self::Row) -> Self::Row {
+        // SAFETY: see above.
+        unsafe { [_mm256_fmadd_pd(b[0], signs[0], a[0]), _mm256_fmadd_pd(b[1], signs[1], a[1])] }
+    }
+    #[inline(always)]
+    fn take_half(row: Self::Row, line: &mut Line) {
+        let at = line.0.as_mut_ptr();
+        // SAFETY: see above; four of eight numbers.
+        unsafe { _mm256_storeu_pd(at, _mm256_sub_pd(_mm256_loadu_pd(at), row[0])) }
+    }
+    #[inline(always)]
+    fn keep_six(row: Self::Row, values: &mut [Vec3; 2]) {
+        let at = values.as_mut_ptr().cast::<f64>();
+        // SAFETY: see above; two vectors are six numbers.
+        unsafe {
+            // The fifth, the sixth, and at the end the fourth that is wanted.
+            let turned = _mm256_permute4x64_pd::<0b00_10_10_01>(row[1]);
+            _mm256_storeu_pd(at, _mm256_blend_pd::<0b1000>(row[0], turned));
+            _mm_storeu_pd(at.add(4), _mm256_castpd256_pd128(turned));
+        }
+    }
+    #[inline(always)]
     fn difference(a: Self::Row, b: Self::Row) -> Self::Row {
         // SAFETY: see above.
         unsafe { [_mm256_sub_pd(a[0], b[0]), _mm256_sub_pd(a[1], b[1])] }
-    }
-    #[inline(always)]
-    fn product(a: Self::Row, b: Self::Row) -> Self::Row {
-        // SAFETY: see above.
-        unsafe { [_mm256_mul_pd(a[0], b[0]), _mm256_mul_pd(a[1], b[1])] }
     }
     #[inline(always)]
     fn columns(r: [Self::Row; 4]) -> [Self; 8] {
@@ -301,9 +336,12 @@ impl Wide<4> for Four {
     }
     #[inline(always)]
     fn mask(bits: u8) -> __m256d {
-        let of = |l: u8| -i64::from(bits >> l & 1);
         // SAFETY: see above.
-        unsafe { _mm256_castsi256_pd(_mm256_set_epi64x(of(3), of(2), of(1), of(0))) }
+        unsafe {
+            let each = _mm256_set_epi64x(8, 4, 2, 1);
+            let mine = _mm256_and_si256(_mm256_set1_epi64x(i64::from(bits)), each);
+            _mm256_castsi256_pd(_mm256_cmpeq_epi64(mine, each))
+        }
     }
 }
 
@@ -323,6 +361,21 @@ impl Lanes for Eight {
     fn abs(self) -> Self {
         // SAFETY: see above.
         Self(unsafe { _mm512_andnot_pd(_mm512_set1_pd(-0.0), self.0) })
+    }
+    #[inline(always)]
+    fn times_plus(self, by: Self, plus: Self) -> Self {
+        // SAFETY: see above.
+        Self(unsafe { _mm512_fmadd_pd(self.0, by.0, plus.0) })
+    }
+    #[inline(always)]
+    fn times_minus(self, by: Self, minus: Self) -> Self {
+        // SAFETY: see above.
+        Self(unsafe { _mm512_fmsub_pd(self.0, by.0, minus.0) })
+    }
+    #[inline(always)]
+    fn less_times(self, a: Self, b: Self) -> Self {
+        // SAFETY: see above.
+        Self(unsafe { _mm512_fnmadd_pd(a.0, b.0, self.0) })
     }
     #[inline(always)]
     fn below(self, other: Self) -> __mmask8 {
@@ -447,6 +500,11 @@ fn mix(a: __m512d, b: __m512d, from: [i64; 8]) -> __m512d {
 
 impl Wide<8> for Eight {
     type Row = __m512d;
+    fn is_here() -> bool {
+        is_x86_feature_detected!("avx512f")
+            && is_x86_feature_detected!("avx512dq")
+            && is_x86_feature_detected!("avx512vl")
+    }
     #[inline(always)]
     fn row(line: &Line) -> __m512d {
         // SAFETY: see above.
@@ -472,14 +530,33 @@ impl Wide<8> for Eight {
         }
     }
     #[inline(always)]
+    fn signed_sum(a: __m512d, b: __m512d, signs: __m512d) -> __m512d {
+        // SAFETY: see above.
+        unsafe { _mm512_fmadd_pd(b, signs, a) }
+    }
+    #[inline(always)]
+    fn take_half(row: __m512d, line: &mut Line) {
+        let at = line.0.as_mut_ptr();
+        // SAFETY: see above; four of eight numbers.
+        unsafe {
+            let half = _mm512_castpd512_pd256(row);
+            _mm256_storeu_pd(at, _mm256_sub_pd(_mm256_loadu_pd(at), half));
+        }
+    }
+    #[inline(always)]
+    fn keep_six(row: __m512d, values: &mut [Vec3; 2]) {
+        let at = values.as_mut_ptr().cast::<f64>();
+        // SAFETY: see above; two vectors are six numbers.
+        unsafe {
+            let six = _mm512_maskz_compress_pd(0b0111_0111, row);
+            _mm256_storeu_pd(at, _mm512_castpd512_pd256(six));
+            _mm_storeu_pd(at.add(4), _mm512_extractf64x2_pd::<2>(six));
+        }
+    }
+    #[inline(always)]
     fn difference(a: __m512d, b: __m512d) -> __m512d {
         // SAFETY: see above.
         unsafe { _mm512_sub_pd(a, b) }
-    }
-    #[inline(always)]
-    fn product(a: __m512d, b: __m512d) -> __m512d {
-        // SAFETY: see above.
-        unsafe { _mm512_mul_pd(a, b) }
     }
     #[inline(always)]
     fn columns(rows: [__m512d; 8]) -> [Self; 8] {

@@ -100,6 +100,15 @@ impl Scene {
         if self.materials.is_empty() {
             note(Err(Fault::new("materials", "is empty", "at least one [materials.NAME]")));
         }
+        for (name, material) in &self.materials {
+            let density = material.density.map_or(Ok(()), |d| Fault::positive("density", d.0));
+            note(density.map_err(|fault| fault.under(format!("materials.{name}"))));
+        }
+        let asked: u64 = self.grains.iter().map(|family| u64::from(family.count)).sum();
+        if asked > MOST_GRAINS {
+            let problem = format!("ask for {asked} grains in all");
+            note(Err(Fault::new("grains", problem, format!("at most {MOST_GRAINS}"))));
+        }
         for (index, family) in self.grains.iter().enumerate() {
             let here = format!("grains[{index}]");
             note(family.validate(self.dimension).map_err(|fault| fault.under(&here)));
@@ -204,11 +213,17 @@ impl Scene {
     }
 }
 
+/// Grains of a scene at most: beyond them lists alone take tens of gigabytes.
+const MOST_GRAINS: u64 = 100_000_000;
+/// File systems take names of 255 bytes; numbers, names of meshes and endings are added.
+const LONGEST_NAME: usize = 100;
+
 /// Names that become file names and parts of decks.
 fn validate_name(name: &str) -> Result<(), Fault> {
     let good = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-    if !name.is_empty() && name.chars().all(good) {
+    if !name.is_empty() && name.chars().all(good) && name.len() <= LONGEST_NAME {
         return Ok(());
     }
-    Err(Fault::new("name", format!("is \"{name}\""), "letters, digits, `_` and `-`"))
+    let allowed = format!("letters, digits, `_` and `-`, at most {LONGEST_NAME} of them");
+    Err(Fault::new("name", format!("is \"{name}\""), allowed))
 }

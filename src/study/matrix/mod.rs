@@ -71,7 +71,9 @@ pub fn run(
     let chosen: Vec<Case> =
         cases::all().into_iter().filter(|case| case.key.contains(only)).collect();
     if chosen.is_empty() {
-        return Err(StudyError::Work(format!("no case of the matrix holds \"{only}\"")));
+        let keys: Vec<String> = cases::all().into_iter().map(|case| case.key).collect();
+        let keys = keys.join(", ");
+        return Err(StudyError::Input(format!("no case holds \"{only}\"; there are: {keys}")));
     }
     let (mut rows, mut limits, mut charts) = (Vec::new(), Vec::new(), Vec::new());
     let (mut passed, mut verdicts, mut outside) = (true, 0_usize, Vec::new());
