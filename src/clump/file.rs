@@ -63,7 +63,7 @@ pub fn write_as(path: &Path, clump: &Clump) -> Result<(), ClumpError> {
     Ok(())
 }
 
-/// Reads spheres from a file that [`write`] made.
+/// Reads spheres from a file that [`write()`] made.
 ///
 /// # Errors
 /// [`ClumpError::File`], [`ClumpError::Content`] with the line that is wrong.

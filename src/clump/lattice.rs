@@ -70,7 +70,7 @@ impl Lattice {
     }
 
     /// Stiffness of contact bonds along and across the line of centres, N/m, that give a lattice
-    /// of spheres of `diameter` [m] Young's modulus `young` [Pa] and Poisson's ratio `poisson` for
+    /// of spheres of `diameter` (m) Young's modulus `young` (Pa) and Poisson's ratio `poisson` for
     /// stress along one of its axes.
     ///
     /// From the energy of a homogeneous strain ε, in which spheres turn with the mean rotation,

@@ -3,7 +3,7 @@
 //! [`reproduce`] turns a solid into a [`Clump`] by a [`Method`]; [`spheres`] does the search
 //! for spheres alone; [`reproduce_to_error`] finds how many are needed; [`sphere`] and
 //! [`disc`] are the grains that are spheres or discs by themselves; [`measure`]
-//! says how far spheres are from a solid; [`file`] keeps clumps on disk.
+//! says how far spheres are from a solid; [`mod@file`] keeps clumps on disk.
 
 mod axial;
 mod cluster;

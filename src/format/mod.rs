@@ -1,6 +1,6 @@
 //! Files of surfaces and sphere tables: one registry, one file a format.
 //!
-//! [`read`] and [`write`] choose the format by extension, [`convert`] goes from
+//! [`read`] and [`write()`] choose the format by extension, [`convert`] goes from
 //! any to any and says what was lost. To add a format, write its file and add a
 //! row to [`FORMATS`]. All lengths are in metres and all values in SI units.
 

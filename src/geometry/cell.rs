@@ -42,7 +42,7 @@ impl Cell {
     }
 
     /// Calls `visit` with the way to every other image of `place` that lies no farther than
-    /// `reach` [m] outside the box along every periodic axis. For places in or near the box.
+    /// `reach` (m) outside the box along every periodic axis. For places in or near the box.
     pub fn images(&self, place: &Vec3, reach: f64, mut visit: impl FnMut(Vec3)) {
         let size = self.bounds.size();
         let shifts = |axis: usize| if self.periodic[axis] { -1..=1 } else { 0..=0 };
@@ -65,7 +65,7 @@ impl Cell {
         }
     }
 
-    /// The first periodic axis that is too short for bodies that reach `reach` [m] from their
+    /// The first periodic axis that is too short for bodies that reach `reach` (m) from their
     /// centres: every pair must have one nearest image only, and no body may meet itself.
     pub fn too_short(&self, reach: f64) -> Option<usize> {
         (0..3).find(|axis| self.periodic[*axis] && self.bounds.size()[*axis] < 4.0 * reach)

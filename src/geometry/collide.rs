@@ -41,7 +41,7 @@ fn pose((origin, turn): &Place, scale: f64) -> Pose {
 }
 
 impl Collider {
-    /// Prepares a closed mesh; `unit` [m] is about the size of the largest
+    /// Prepares a closed mesh; `unit` (m) is about the size of the largest
     /// solid and must be the same for all solids that are compared.
     /// `None` for a mesh without triangles or a unit that is not positive.
     pub fn new(mesh: &Mesh, unit: f64) -> Option<Self> {
@@ -75,7 +75,7 @@ impl Collider {
         &self.vertices
     }
 
-    /// True if the solids overlap or their surfaces are nearer than `gap` [m].
+    /// True if the solids overlap or their surfaces are nearer than `gap` (m).
     pub fn nearer_than(&self, at: &Place, other: &Self, other_at: &Place, gap: f64) -> bool {
         let distance = (at.0 - other_at.0).norm();
         let apart = distance - self.radius - other.radius;
@@ -90,7 +90,7 @@ impl Collider {
             || other.holds(other_at, &self.some_point(at))
     }
 
-    /// True if the two surfaces are nearer than `gap` [m]; one solid may be inside the other.
+    /// True if the two surfaces are nearer than `gap` (m); one solid may be inside the other.
     pub fn surfaces_nearer_than(
         &self,
         at: &Place,
@@ -114,7 +114,7 @@ impl Collider {
         })
     }
 
-    /// True if a ball overlaps the solid or is nearer to it than `gap` [m].
+    /// True if a ball overlaps the solid or is nearer to it than `gap` (m).
     pub fn ball_nearer_than(&self, at: &Place, centre: &Vec3, radius: f64, gap: f64) -> bool {
         let local = at.1.inverse_transform_vector(&(centre - at.0));
         let reach = radius + gap.max(0.0);

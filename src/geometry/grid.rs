@@ -64,7 +64,7 @@ fn cell_key(cell: [i64; 3]) -> u64 {
 }
 
 impl BallGrid {
-    /// An empty grid; `smallest_radius` [m] is about the radius of the smallest
+    /// An empty grid; `smallest_radius` (m) is about the radius of the smallest
     /// balls to come (it matters for speed only; smaller ones are welcome).
     pub fn new(smallest_radius: f64) -> Self {
         let usable = smallest_radius.is_finite() && smallest_radius > 0.0;
@@ -77,7 +77,7 @@ impl BallGrid {
         }
     }
 
-    /// An empty grid with room for balls of these radii [m], so that nothing is moved while they come.
+    /// An empty grid with room for balls of these radii (m), so that nothing is moved while they come.
     pub fn expecting(radii: &[f64]) -> Self {
         let mut grid = Self::new(radii.iter().copied().fold(f64::INFINITY, f64::min));
         let mut counts = Vec::new();
@@ -205,7 +205,7 @@ fn cell_of(point: &Vec3, cell: f64) -> [i64; 3] {
 }
 
 /// Calls `visit(i, j, gap)` once for each pair of balls whose surfaces are
-/// nearer than `reach()` [m], asked again for every ball so that a search for
+/// nearer than `reach()` (m), asked again for every ball so that a search for
 /// the least gap can narrow as it goes. `gap` is negative for an overlap.
 /// Pairs with `body[i] == body[j]` are passed over. Order: fixed by the input.
 ///

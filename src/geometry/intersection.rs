@@ -13,7 +13,7 @@ use parry3d::math::Vec3 as Point;
 use parry3d::partitioning::{Bvh, BvhBuildStrategy};
 
 /// Pairs of triangles (smaller number first, sorted) of which one passes
-/// through the other by more than `depth` [m], measured from the plane of the
+/// through the other by more than `depth` (m), measured from the plane of the
 /// one to the nearer end of the edge of the other.
 pub fn self_intersections(mesh: &Mesh, depth: f64) -> Vec<(u32, u32)> {
     let boxes: Vec<Aabb> = mesh

@@ -3,8 +3,8 @@
 use crate::num::{Mat3, Rotation, Vec3, eigen};
 use serde::{Deserialize, Serialize};
 
-/// Volume [m³], centroid [m] and inertia tensor [m⁵, unit density, about the
-/// centroid, in the axes the body is given in].
+/// Volume (m³), centroid (m) and inertia tensor (m⁵, unit density, about the
+/// centroid, in the axes the body is given in).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct MassProperties {
     /// Volume, m³.

@@ -9,7 +9,7 @@ use super::Mesh;
 use crate::num::Vec3;
 use std::collections::BTreeMap;
 
-/// `mesh` with no edge longer than `length` [m], or as fine as 20 passes make it.
+/// `mesh` with no edge longer than `length` (m), or as fine as 20 passes make it.
 pub fn refined(mesh: &Mesh, length: f64) -> Mesh {
     let mut mesh = mesh.clone();
     for _ in 0..20 {

@@ -249,7 +249,7 @@ impl Region {
 }
 
 impl SolidRoom<'_> {
-    /// True if the solid at `place` lies inside, no nearer than `gap` [m] to the boundary.
+    /// True if the solid at `place` lies inside, no nearer than `gap` (m) to the boundary.
     pub fn holds(&self, solid: &Collider, place: &Place, gap: f64) -> bool {
         let inside = |v: &Vec3, gap| self.region.clearance(&(place.0 + place.1 * v)) >= gap;
         let still = (Vec3::zeros(), Rotation::identity());

@@ -74,7 +74,7 @@ pub fn round_to_single(mesh: &mut Mesh) {
     }
 }
 
-/// Merges vertices that are nearer than `tolerance` [m] to each other (chains
+/// Merges vertices that are nearer than `tolerance` (m) to each other (chains
 /// of near vertices merge as a whole) into the first of them; with 0, those
 /// with equal coordinates. Returns how many vertices went away.
 pub fn weld(mesh: &mut Mesh, tolerance: f64) -> usize {
@@ -146,7 +146,7 @@ pub fn drop_degenerate(mesh: &mut Mesh) -> usize {
 }
 
 /// Removes triangles whose three distinct corners lie on a line, to within
-/// `height` [m], without opening the surface: the longest edge is replaced by
+/// `height` (m), without opening the surface: the longest edge is replaced by
 /// the one from the middle corner to the opposite corner of the neighbour.
 /// A sliver whose longest edge has no neighbour is dropped. Slivers for which
 /// the new edge exists already stay. Returns how many were removed.

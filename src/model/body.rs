@@ -43,7 +43,7 @@ impl Body {
     }
 
     /// A homogeneous sphere (or disc of unit thickness) that is sphere number
-    /// `first_sphere`; mass and inertia from `radius` [m] and `density` [kg/m³].
+    /// `first_sphere`; mass and inertia from `radius` (m) and `density` (kg/m³).
     pub fn sphere(
         dimension: Dimension,
         position: Vec3,

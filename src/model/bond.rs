@@ -136,7 +136,7 @@ impl Bond {
         }
     }
 
-    /// A short beam of Young's modulus `young` and shear modulus `sliding` [Pa] over `length` [m]:
+    /// A short beam of Young's modulus `young` and shear modulus `sliding` (Pa) over `length` (m):
     /// EA/l, GA/l, EI/l, GJ/l (Potyondy & Cundall 2004 with k̄ = E/l).
     pub fn beam(
         spheres: [u32; 2],

@@ -129,8 +129,8 @@ impl Model {
         }
     }
 
-    /// Adds a body that is one sphere (a disc in two dimensions) of `radius` [m] and `density`
-    /// [kg/m³] at `place` [m], at rest; its velocities can be set on what is given back.
+    /// Adds a body that is one sphere (a disc in two dimensions) of `radius` (m) and `density`
+    /// (kg/m³) at `place` (m), at rest; its velocities can be set on what is given back.
     pub fn add_sphere(
         &mut self,
         place: Vec3,

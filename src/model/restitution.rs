@@ -50,7 +50,7 @@ pub fn damping_ratio(wanted: f64, tension: bool) -> Option<f64> {
     Some(0.5 * (low + high))
 }
 
-/// Dashpot c [N s/m] for `wanted` restitution at stiffness [N/m] and effective mass [kg].
+/// Dashpot c (N s/m) for `wanted` restitution at stiffness (N/m) and effective mass (kg).
 pub fn dashpot(wanted: f64, stiffness: f64, effective_mass: f64, tension: bool) -> Option<f64> {
     if wanted == 1.0 {
         return Some(0.0);
@@ -58,7 +58,7 @@ pub fn dashpot(wanted: f64, stiffness: f64, effective_mass: f64, tension: bool) 
     damping_ratio(wanted, tension).map(|zeta| 2.0 * zeta * (stiffness * effective_mass).sqrt())
 }
 
-/// Damping ratio ζ of a dashpot [N s/m] at stiffness [N/m] and effective mass [kg].
+/// Damping ratio ζ of a dashpot (N s/m) at stiffness (N/m) and effective mass (kg).
 pub fn ratio_of(dashpot: f64, stiffness: f64, effective_mass: f64) -> f64 {
     dashpot / (2.0 * (stiffness * effective_mass).sqrt())
 }

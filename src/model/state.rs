@@ -81,7 +81,7 @@ impl Frame {
 }
 
 impl BodyState {
-    /// Kinetic energy of a body with this mass [kg] and principal inertia [kg m²], J.
+    /// Kinetic energy of a body with this mass (kg) and principal inertia (kg m²), J.
     pub fn kinetic_energy(&self, mass: f64, inertia: &Vec3) -> f64 {
         let spin = self.orientation.inverse_transform_vector(&self.spin);
         0.5 * mass * self.velocity.norm_squared() + 0.5 * inertia.component_mul(&spin).dot(&spin)

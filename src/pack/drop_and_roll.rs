@@ -110,7 +110,7 @@ impl DropAndRoll {
         Ok(dress::laid(grains, &found, space.dimension, self.orientation, seed, &why))
     }
 
-    /// Balls of `radii` [m] that came to rest, each with its number, and how many still rolled.
+    /// Balls of `radii` (m) that came to rest, each with its number, and how many still rolled.
     pub fn settle(
         &self,
         space: Space,

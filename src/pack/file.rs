@@ -43,7 +43,7 @@ fn numbers(laid: &Placement) -> [f64; 13] {
     [p.x, p.y, p.z, q.w, q.i, q.j, q.k, v.x, v.y, v.z, w.x, w.y, w.z]
 }
 
-/// Reads what [`write`] wrote.
+/// Reads what [`write()`] wrote.
 ///
 /// Errors: the file cannot be read, has other columns, or a row holds something
 /// that is not a finite number or no rotation.

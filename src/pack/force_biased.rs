@@ -125,7 +125,7 @@ impl ForceBiased {
     }
 }
 
-/// Packs balls of `radii` [m] and returns the factor on them at which none overlap, or
+/// Packs balls of `radii` (m) and returns the factor on them at which none overlap, or
 /// ends as soon as that is `enough`; `None` if the space has no inside.
 pub fn densest(
     space: &Space,

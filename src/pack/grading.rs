@@ -177,7 +177,7 @@ impl Grading {
         }
     }
 
-    /// Diameters of `count` grains in `dimension` dimensions [m], in random order; `base` is the folder that
+    /// Diameters of `count` grains in `dimension` dimensions (m), in random order; `base` is the folder that
     /// file names start from.
     ///
     /// Errors: parameters that [`Grading::validate`] refuses, a sieve file that cannot be read or used.

@@ -95,7 +95,7 @@ fn each_contact(
 }
 
 /// The spheres, each at home, and after them those images that a sphere of the same size inside the cell may come nearer
-/// to than `reach` [m]: every near pair is there at least once, and small spheres have few images.
+/// to than `reach` (m): every near pair is there at least once, and small spheres have few images.
 pub fn with_images(
     centres: &[Vec3],
     radii: &[f64],

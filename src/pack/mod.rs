@@ -1,7 +1,7 @@
 //! Packing: where each grain goes. One file a method.
 //!
 //! [`pack`] runs the method of a scene; [`measure`] says what came out, also
-//! for states of a run; [`file`] writes and reads `packing.csv`.
+//! for states of a run; [`mod@file`] writes and reads `packing.csv`.
 
 pub mod apollonian;
 pub mod array;

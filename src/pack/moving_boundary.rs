@@ -128,7 +128,7 @@ impl MovingBoundary {
         Ok(dress::laid(grains, &balls, dimension, self.orientation, seed, &why))
     }
 
-    /// Balls of `radii` [m], which fill `fraction` of the box `space`, pressed into it by the walls
+    /// Balls of `radii` (m), which fill `fraction` of the box `space`, pressed into it by the walls
     /// `moves[axis][side]`; `None` if it has no inside.
     pub fn press<'a>(
         &self,

@@ -12,7 +12,7 @@ use crate::geometry::{BallGrid, shared};
 /// Bodies that are taken as centres at most.
 const CENTRES: usize = 4000;
 
-/// Middle of each bin [m] and g there, up to `reach` m; empty for fewer than two bodies.
+/// Middle of each bin (m) and g there, up to `reach` m; empty for fewer than two bodies.
 pub fn radial(bed: &Bed, reach: f64, bins: usize) -> Vec<(f64, f64)> {
     let dimension = bed.dimension();
     let (space, walls) = (bed.space(), bed.walls());

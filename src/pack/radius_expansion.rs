@@ -79,7 +79,7 @@ impl RadiusExpansion {
         Ok(dress::laid(grains, &balls, space.dimension, self.orientation, seed, &why))
     }
 
-    /// Balls of `radii` [m] in `space`, grown from small ones; `None` if it has no inside.
+    /// Balls of `radii` (m) in `space`, grown from small ones; `None` if it has no inside.
     pub fn expand<'a>(
         &self,
         space: &Space<'a>,

@@ -1,6 +1,6 @@
 //! Overlapping clumps that push each other apart as rigid bodies, velocities set to zero every few steps.
 //!
-//! Energy Σ ½ δ² over the overlaps δ [m] of spheres of different bodies and with walls (unit stiffness, no
+//! Energy Σ ½ δ² over the overlaps δ (m) of spheres of different bodies and with walls (unit stiffness, no
 //! friction). A body weighs as much as it has overlapping spheres, its moment of inertia is
 //! that times the square of its radius, so that one step suits all. Every `zero_every` steps
 //! velocities and spins are set to zero: nothing flies off, and the motion follows the forces. As in [`super::soft`]

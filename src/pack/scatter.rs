@@ -7,7 +7,7 @@ use crate::geometry::BallGrid;
 use crate::num::Vec3;
 use crate::num::random::{Stream, stream};
 
-/// Places for balls of these radii [m], largest first, without overlap if each finds one
+/// Places for balls of these radii (m), largest first, without overlap if each finds one
 /// in `tries` tries; and how many did not. `None` if the space has no inside.
 pub fn apart(space: &Space, radii: &[f64], tries: u32, seed: u64) -> Option<(Vec<Vec3>, usize)> {
     let mut order: Vec<u32> = (0..radii.len() as u32).collect();

@@ -1,6 +1,6 @@
 //! Balls that push each other apart: overlaps as springs, no friction, brought to rest.
 //!
-//! Energy Σ ½ δ² over all overlaps δ [m] among balls and with walls (unit stiffness).
+//! Energy Σ ½ δ² over all overlaps δ (m) among balls and with walls (unit stiffness).
 //! [`Soft::relax`] finds its nearest minimum by the fast inertial relaxation engine
 //! (FIRE: Bitzek, Koskinen, Gähler, Moseler & Gumbsch 2006, Phys. Rev. Lett. 97,
 //! 170201). [`Soft::calm`] is the rule of the packing note: velocities set to zero every few steps, so

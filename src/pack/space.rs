@@ -31,7 +31,7 @@ impl<'a> Space<'a> {
         }
     }
 
-    /// A box from the origin with edges `size` [m] whose sides repeat.
+    /// A box from the origin with edges `size` (m) whose sides repeat.
     pub fn repeating(dimension: usize, size: Vec3) -> Self {
         let (mut low, mut high) = (Vec3::zeros(), size);
         if dimension == 2 {
@@ -141,7 +141,7 @@ impl<'a> Space<'a> {
         true
     }
 
-    /// Distance from `point` to the nearest surface of a ball of `balls` [m], negative
+    /// Distance from `point` to the nearest surface of a ball of `balls` (m), negative
     /// inside; at most `limit`. `guess` is where the search starts to widen.
     /// `largest` is the largest radius of them.
     pub fn gap(&self, balls: &BallGrid, point: &Vec3, limit: f64, guess: f64, largest: f64) -> f64 {

@@ -256,7 +256,7 @@ impl Lattice {
         (0..region.dimension()).map(|axis| (size[axis] / edge).ceil() + 2.0).product()
     }
 
-    /// The largest edge up to `wanted` [m] of which a whole number fits the longest side that repeats, if any does.
+    /// The largest edge up to `wanted` (m) of which a whole number fits the longest side that repeats, if any does.
     pub fn edge(region: &Region, wanted: f64) -> f64 {
         let lengths = region.cell().map_or(Vec3::repeat(f64::INFINITY), |cell| cell.lengths());
         let longest =

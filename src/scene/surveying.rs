@@ -33,7 +33,7 @@ pub struct Survey {
     pub stiffness: Option<f64>,
     /// Number of layers along the last axis.
     pub layers: usize,
-    /// Local porosity: measuring spheres of this radius [m] side by side through the room.
+    /// Local porosity: measuring spheres of this radius (m) side by side through the room.
     pub field: Option<f64>,
 }
 

@@ -223,7 +223,7 @@ impl Shape {
 
 /// Grain number `index` of the grains called `name`.
 ///
-/// `size` is the diameter of the sphere of equal volume [m]; without it the
+/// `size` is the diameter of the sphere of equal volume (m); without it the
 /// grain keeps its own dimensions (a sphere has diameter 1 m). Numbers come
 /// from the stream `stream_name`, `index` of `seed`; a draw that fails the gate
 /// is repeated, up to 20 times, with the stream `stream_name/redraw-k`, and the

@@ -30,7 +30,7 @@ pub const SCALE: f64 = 0.08;
 /// The scale over the diagonal is at least this: slender solids have a small volume.
 const LEAST_SCALE: f64 = 0.005;
 
-/// Roundness and inscribed radius [m] of a closed mesh; `None` where it has no signed distance.
+/// Roundness and inscribed radius (m) of a closed mesh; `None` where it has no signed distance.
 pub fn roundness(mesh: &Mesh) -> Option<(f64, f64)> {
     let inscribed = inscribed_radius(mesh)?;
     let scale = (SCALE * mesh.mass_properties().equivalent_diameter())

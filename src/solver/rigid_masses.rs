@@ -56,7 +56,7 @@ const POINT_SHARE: f64 = 0.99;
 /// Clumps off by less than this times their largest radius need no point.
 const BALANCED: f64 = 1e-9;
 
-/// Splits `mass` [kg] so that Σ mᵢ = M and Σ mᵢ dᵢ = 0, with a point where spheres alone cannot.
+/// Splits `mass` (kg) so that Σ mᵢ = M and Σ mᵢ dᵢ = 0, with a point where spheres alone cannot.
 pub fn balance(mass: f64, offsets: &[Vec3], radii: &[f64]) -> Balance {
     let split = split(mass, offsets, radii);
     let largest = radii.iter().copied().fold(0.0, f64::max);
@@ -76,7 +76,7 @@ pub fn balance(mass: f64, offsets: &[Vec3], radii: &[f64]) -> Balance {
 const LEAST_SHARE: f64 = 1e-6;
 const STEPS: usize = 60;
 
-/// Splits `mass` [kg] among spheres at `offsets` [m, from the centre of mass] with `radii` [m].
+/// Splits `mass` (kg) among spheres at `offsets` (m, from the centre of mass) with `radii` (m).
 pub fn split(mass: f64, offsets: &[Vec3], radii: &[f64]) -> Masses {
     let size = offsets.iter().map(|d| d.norm()).fold(f64::MIN_POSITIVE, f64::max);
     let volume: f64 = radii.iter().map(|r| r.powi(3)).sum();

@@ -4,7 +4,7 @@
 //! * The floor is an axis-aligned plane that faces up, else the lowest point of any
 //!   sphere in *our* final state, for every run.
 //! * The container seen from above is bounded by axis-aligned planes; where these
-//!   do not close it, by mesh walls, cut at [`SLICES`] heights: the area inside a
+//!   do not close it, by mesh walls, cut at `SLICES` heights: the area inside a
 //!   cut is ∮ u dv over its segments (Green), with v the axis along which planes
 //!   close what the meshes leave open. Without walls around there is no porosity.
 //!

@@ -8,7 +8,7 @@
 //!    is a mean over them);
 //! 4. t √2 s: s the standard deviation among the realisations we have (our run and
 //!    the twins that parted from it and from each other), t Student's factor (1908)
-//!    for 95 % and their number less one, at most [`STUDENT`]`[0]`.
+//!    for 95 % and their number less one, at most `STUDENT[0]`.
 //!
 //! No more than [`MOST_CHANCE`] tolerances are ever allowed: a bed that scatters
 //! more is too small, or too short a time, to be judged, and fails.
