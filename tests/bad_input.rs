@@ -78,6 +78,12 @@ const SCENES: &[Row] = &[
         "0",
         &["`materials.glass.density` is 0", "greater than 0", ":12:11"],
     ),
+    (
+        "density beyond all bounds",
+        "\"2500 kg/m3\"",
+        "1e308",
+        &["1e308 is no density", "up to 1e40", ":12:11"],
+    ),
     ("too many grains", "count = 2", "count = 4000000000", &["4000000000", "at most 100000000"]),
     ("two packings", "[packing.random]", "[packing.array]\n[packing.random]", &["keep one"]),
     ("density NaN", "\"2500 kg/m3\"", "nan", &["density must be a finite number"]),
@@ -150,6 +156,12 @@ const SCENES: &[Row] = &[
         "duration = \"1 ms\"",
         "duration = \"1 ms\"\nlocal_damping = 1.0",
         &["plan.local_damping"],
+    ),
+    (
+        "gravity beyond all bounds",
+        "duration = \"1 ms\"",
+        "duration = \"1 ms\"\ngravity = [0, 0, -1e300]",
+        &["-1e300 is no acceleration", ":27:18"],
     ),
     (
         "gravity of two numbers",

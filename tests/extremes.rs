@@ -67,7 +67,7 @@ const ROWS: &[Row] = &[
     ("kn below 0", &[("kn = 1e5", "kn = -1.0")], Refuse(&["contact.kn"])),
     ("kn NaN", &[("kn = 1e5", "kn = nan")], Refuse(&["must be a finite number"])),
     ("kn infinite", &[("kn = 1e5", "kn = inf")], Refuse(&["must be a finite number"])),
-    ("kn 1e300", &[("kn = 1e5", "kn = 1e300")], Refuse(&["plan.duration", "steps"])),
+    ("kn 1e300", &[("kn = 1e5", "kn = 1e300")], Refuse(&["1e300 is no stiffness", "1e40"])),
     ("cn NaN", &[("restitution = 0.5", "cn = nan")], Refuse(&["must be a finite number"])),
     ("cn 1e6, step 1e-6", &[("restitution = 0.5", "cn = 1e6"), (DURATION, "duration = 2e-3\nstep = 1e-6")], Refuse(&["plan.step", "stability limit"])),
     ("restitution 0", &[("restitution = 0.5", "restitution = 0.0")], Refuse(&["contact.restitution"])),
@@ -114,7 +114,7 @@ const ROWS: &[Row] = &[
     ("normal of the floor is 0", &[("normal = [0, 0, 1]", "normal = [0, 0, 0]")], Refuse(&["normal"])),
     ("local damping 0.999", &[("gravity = [0, 0, 0]", "gravity = [0, 0, 0]\nlocal_damping = 0.999")], ANY),
     ("guard with a wrong limit", &[("gravity = [0, 0, 0]", "gravity = [0, 0, 0]\nguard = { overlap = -1.0 }")], Refuse(&["plan.guard.overlap"])),
-    ("duration 1e300", &[(DURATION, "duration = 1e300")], Refuse(&["plan.duration", "steps"])),
+    ("duration 1e38", &[(DURATION, "duration = 1e38")], Refuse(&["plan.duration", "steps"])),
     ("spin 1e12 rad/s", &[("velocity = [0, 0, -1]", "velocity = [0, 0, -1], spin = [0, 1e12, 0]"), (DURATION, "duration = 2e-3\nstep = 1e-6")], Leave(0.48, 0.52)),
 ];
 

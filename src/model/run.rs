@@ -179,3 +179,19 @@ impl Cost {
         (seconds > 0.0).then(|| self.sphere_steps as f64 / seconds)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_with_one_wild_number_is_not_finite() {
+        assert!(SeriesRow::default().is_finite());
+        let rows = [
+            SeriesRow { momentum: f64::INFINITY, ..SeriesRow::default() },
+            SeriesRow { slip: f64::NAN, ..SeriesRow::default() },
+            SeriesRow { energy_error: f64::NEG_INFINITY, ..SeriesRow::default() },
+        ];
+        assert!(rows.iter().all(|row| !row.is_finite()));
+    }
+}

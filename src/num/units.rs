@@ -39,9 +39,16 @@ fn parse(text: &str, dimension: &str, units: Units) -> Result<f64, String> {
     finite(value * factor, dimension)
 }
 
+/// Largest size of a value: masses, energies and moments of inertia made of such values are
+/// still finite.
+const BOUND: f64 = 1e40;
+
 fn finite(value: f64, dimension: &str) -> Result<f64, String> {
-    if value.is_finite() {
+    if value.abs() <= BOUND {
         return Ok(value);
+    }
+    if value.is_finite() {
+        return Err(format!("{value:e} is no {dimension} of this world; allowed: up to {BOUND:e}"));
     }
     let article = if dimension.starts_with(['a', 'e']) { "an" } else { "a" };
     Err(format!("{article} {dimension} must be a finite number, not {value}"))
@@ -196,6 +203,7 @@ mod tests {
         assert!(Length::parse("two mm").is_err());
         assert!(Length::parse("nan").is_err());
         assert!(Length::parse("1e400 m").is_err());
+        assert!(Length::parse("-1e300 m").is_err_and(|m| m.contains("up to 1e40")));
         assert!(Length::parse("").is_err());
     }
 }

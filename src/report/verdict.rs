@@ -91,7 +91,7 @@ pub(super) fn verdict(found: &Comparison, missing: &[String]) -> Verdict {
             })
             .collect(),
         ours: found.ours.solver.clone(),
-        span: statistics.map(span).unwrap_or_default(),
+        span: statistics.map(|known| basis(known, found)).unwrap_or_default(),
         scatter: scatter(found),
         rows,
         missing: missing.to_vec(),
@@ -110,6 +110,16 @@ fn realisations(found: &Comparison) -> String {
             significant(known.factor, 3)
         ),
     }
+}
+
+/// What the numbers of the table are means over, and what differences are relative to.
+fn basis(known: &Statistics, found: &Comparison) -> String {
+    format!(
+        "{} Differences of heights are relative to the height of our bed, of kinetic energy to the \
+         energy that was put in ({}), all others to our value.",
+        span(known),
+        with_unit(found.energy_scale, "J")
+    )
 }
 
 /// The time that statistics stand for.
@@ -176,11 +186,6 @@ fn rules(found: &Comparison) -> Vec<String> {
              and does not pass.",
             realisations(found),
             significant(MOST_CHANCE, 2),
-        ),
-        format!(
-            "Heights are compared with the height of our bed, kinetic energy with the energy that was \
-             put in ({}), all else with our value.",
-            with_unit(found.energy_scale, "J")
         ),
     ]
 }
