@@ -53,11 +53,11 @@ const LEAST: f64 = 1e-9;
 /// By how much a step of growth that brought too little becomes larger.
 const FASTER: f64 = 2.0;
 
-/// Compresses the bodies of `model`, which must not overlap, in `volume` [m³]; `solid` [m³] is
+/// Compresses the bodies of `model`, which must not overlap, in `volume`, m³; `solid`, m³, is
 /// what they fill. Gravity, motion of walls, forces between bodies and bonds of the model are put aside.
 ///
 /// # Errors
-/// As [`simulate`].
+/// As [`super::simulate`].
 pub fn compress(
     model: &Model,
     volume: f64,

@@ -1,15 +1,15 @@
 //! How large a time step may be, and how deep contacts will become.
 //!
 //! Bounds used here:
-//! - network: for the contacts present at time 0 (see [`super::network`]);
+//! - network: for the contacts present at time 0 (see `network.rs`);
 //! - packed: the block bound of that page for a body with as many neighbours like itself
 //!   as can touch it (12 spread evenly, 6 in two dimensions; fewer in scenes of few
 //!   bodies); for clumps over the directions in which a sphere of it is not covered by others;
 //! - damping: c Δt/m_eff < 2 for any pair, touching or not. Also for `path_averaged`,
 //!   where a pair alone would only lose accuracy beyond it;
-//! - bonds: as network, their springs in the same blocks (see [`super::bond_limit`]);
+//! - bonds: as network, their springs in the same blocks (see `bond_limit.rs`);
 //! - attraction and rolling: their largest stiffness is added to kn and kt of the pair
-//!   (see [`super::extra::stiffened`]); drag c acts like a dashpot, c Δt/m < 2;
+//!   (see `extra.rs`); drag c acts like a dashpot, c Δt/m < 2;
 //! - speed: no body moves more than a tenth of the smallest radius in a step.
 //!
 //! Contacts that form later are for the guard to watch.

@@ -4,7 +4,7 @@
 //! Four schemes share everything but the order of operations:
 //! `leapfrog` (ours), `liggghts`, `lammps` and `yade` (those codes to round-off). A fifth,
 //! `path_averaged` (ours), averages forces over the path of each step and is of
-//! second order also where contacts begin and end (see [`averaged`]).
+//! second order also where contacts begin and end (see `averaged.rs`).
 //!
 //! Which velocity stands where, with F_n evaluated at x_n and v_{n−1/2}:
 //! - `leapfrog`, `liggghts`, `lammps`: model velocities are v_0; frames hold x_n, v_n, ω_n.
@@ -25,7 +25,7 @@
 //! are carried half a step forward); overlaps and elastic energies are exact at t_n.
 //!
 //! Planes and triangles act from both sides; the rule for triangles that share
-//! edges is in [`surface`]. YADE's `wall` keeps its side when a centre crosses it;
+//! edges is in `surface.rs`. YADE's `wall` keeps its side when a centre crosses it;
 //! ours turns the normal round, as LIGGGHTS does.
 
 mod arrive;
