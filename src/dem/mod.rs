@@ -34,6 +34,7 @@ mod averaged;
 mod averaged_meet;
 mod averaged_motion;
 mod averaged_pass;
+mod bins;
 mod bond;
 mod bond_law;
 mod bond_limit;
@@ -47,8 +48,10 @@ mod extra;
 mod far;
 mod far_tree;
 mod forces;
+mod grid;
 mod guard;
 mod handover;
+mod lanczos;
 mod lanes;
 mod law;
 mod ledger;
@@ -59,10 +62,12 @@ mod neighbours;
 mod network;
 mod planes;
 mod pushes;
+mod remembered;
 mod rig;
 mod rolling;
 mod servo;
 mod setting;
+mod skin;
 mod state;
 mod surface;
 mod turn;
@@ -83,6 +88,8 @@ mod test_bonds;
 mod test_extra;
 #[cfg(test)]
 mod test_far;
+#[cfg(test)]
+mod test_law;
 #[cfg(test)]
 mod test_lost;
 #[cfg(test)]

@@ -29,15 +29,15 @@
 //! stages run only where, and for the bodies that, the earlier cannot clear.
 
 use super::bond_limit;
+use super::lanczos::Chords;
 use super::neighbours;
 use super::servo;
 use super::setting::Setting;
 use super::state::{Ball, List, State, is_alone};
 use super::surface;
 use crate::model::{Body, Contact, Scheme, Wall};
-use crate::num::random;
 use crate::num::{Rotation, Vec3};
-use nalgebra::{DMatrix, Matrix6, SymmetricEigen, Vector6};
+use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 use std::cell::Cell;
 
 /// Least number of bodies whose blocks are held at a time (288 bytes each).
@@ -46,10 +46,6 @@ const CHUNK: usize = 1 << 15;
 const PASSES: usize = 4;
 /// More than rounding makes of a distance or a trace, relative.
 const ROUNDING: f64 = 1e-9;
-/// Relative error of the largest eigenvalue allowed for in Lanczos' method.
-const MISSED: f64 = 0.09;
-/// Probability of a larger one.
-const CHANCE: f64 = 1e-9;
 
 /// A bound and the body it comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -241,7 +237,7 @@ impl<'a> Network<'a> {
         });
         let mut step = block;
         if block < enough {
-            let chords = Chords::of(self);
+            let chords = self.chords();
             step = self.stepping.largest(delay, |step| chords.top(step, f64::INFINITY)).max(block);
         }
         Some(Bound { step, body: worst.get() })
@@ -256,7 +252,7 @@ impl<'a> Network<'a> {
         drop(traces);
         if unclear.is_empty()
             || self.block(step, Some(unclear)).0 <= most
-            || Chords::of(self).top(step, most) <= most
+            || self.chords().top(step, most) <= most
         {
             return None;
         }
@@ -457,6 +453,33 @@ impl<'a> Network<'a> {
         strands((&bodies[link.bodies.0 as usize], &first), other, link, self.setting.planar)
     }
 
+    /// All strands, for many products with their matrix.
+    fn chords(&self) -> Chords {
+        let mut place = vec![u32::MAX; self.setting.model.bodies.len()];
+        let mut count = 0;
+        let mut number = |body: u32| {
+            let entry = &mut place[body as usize];
+            if *entry == u32::MAX {
+                *entry = count;
+                count += 1;
+            }
+            *entry
+        };
+        let mut kept = Vec::new();
+        self.each(|link, strands| {
+            let first = number(link.bodies.0);
+            let second = link.bodies.1.map_or(first, &mut number);
+            let active = strands.iter().filter(|s| s.stiffness > 0.0 || s.dashpot > 0.0);
+            kept.extend(active.map(|strand| (first, second, *strand)));
+        });
+        self.each_bond(|body, strand| {
+            let place = number(body);
+            kept.push((place, place, *strand));
+        });
+        let seed = self.setting.model.seed;
+        Chords { stepping: self.stepping, seed, size: count as usize, strands: kept }
+    }
+
     /// Calls `visit` for every body of every bond: springs that already count for a body alone.
     fn each_bond(&self, mut visit: impl FnMut(u32, &Strand)) {
         if self.setting.needs.bonds {
@@ -483,104 +506,6 @@ impl<'a> Network<'a> {
             }
         });
     }
-}
-
-/// All strands of a network, kept for many products with its matrix.
-struct Chords {
-    stepping: Stepping,
-    seed: u64,
-    size: usize,
-    strands: Vec<(u32, u32, Strand)>,
-}
-
-impl Chords {
-    fn of(network: &Network<'_>) -> Self {
-        let mut place = vec![u32::MAX; network.setting.model.bodies.len()];
-        let mut count = 0;
-        let mut number = |body: u32| {
-            let entry = &mut place[body as usize];
-            if *entry == u32::MAX {
-                *entry = count;
-                count += 1;
-            }
-            *entry
-        };
-        let mut kept = Vec::new();
-        network.each(|link, strands| {
-            let first = number(link.bodies.0);
-            let second = link.bodies.1.map_or(first, &mut number);
-            let active = strands.iter().filter(|s| s.stiffness > 0.0 || s.dashpot > 0.0);
-            kept.extend(active.map(|strand| (first, second, *strand)));
-        });
-        network.each_bond(|body, strand| {
-            let place = number(body);
-            kept.push((place, place, *strand));
-        });
-        let seed = network.setting.model.seed;
-        Self { stepping: network.stepping, seed, size: count as usize, strands: kept }
-    }
-
-    /// An upper bound of the largest eigenvalue at the effective stiffness of `step`; stops
-    /// early once it is known to be above `enough`.
-    fn top(&self, step: f64, enough: f64) -> f64 {
-        let stiffness: Vec<f64> =
-            self.strands.iter().map(|s| self.stepping.effective(&s.2, step)).collect();
-        let size = 6.0 * self.size as f64;
-        let needed = (1.648 * size.sqrt() / CHANCE).ln() / MISSED.sqrt();
-        let most = (0.5 * (needed + 1.0)).ceil() as usize;
-        let mut source = random::stream(self.seed, "network", 0);
-        let mut now: Vec<Vector6<f64>> =
-            (0..self.size).map(|_| Vector6::from_fn(|_, _| random::normal(&mut source))).collect();
-        let scale = norm(&now);
-        now.iter_mut().for_each(|v| *v /= scale);
-        let mut before = vec![Vector6::zeros(); self.size];
-        let (mut diagonal, mut beside) = (Vec::new(), Vec::<f64>::new());
-        loop {
-            let mut next = vec![Vector6::zeros(); self.size];
-            for ((first, second, strand), k) in self.strands.iter().zip(&stiffness) {
-                let (a, b) = (*first as usize, *second as usize);
-                let pull = (strand.mine.dot(&now[a]) + strand.other.dot(&now[b])) * *k;
-                next[a] += strand.mine * pull;
-                next[b] += strand.other * pull;
-            }
-            let alpha: f64 = next.iter().zip(&now).map(|(x, y)| x.dot(y)).sum();
-            let beta = beside.last().copied().unwrap_or(0.0);
-            for ((x, y), z) in next.iter_mut().zip(&now).zip(&before) {
-                *x -= y * alpha + z * beta;
-            }
-            diagonal.push(alpha);
-            let rest = norm(&next);
-            let done = diagonal.len() >= most;
-            let exhausted = rest <= 1e-9 * diagonal.iter().fold(0.0, |a: f64, b| a.max(*b));
-            if done || exhausted || diagonal.len() % 8 == 0 {
-                let ritz = largest_of(&diagonal, &beside);
-                if exhausted {
-                    return ritz * (1.0 + 1e-6);
-                }
-                if done || ritz > enough {
-                    return ritz / (1.0 - MISSED);
-                }
-            }
-            beside.push(rest);
-            next.iter_mut().for_each(|v| *v /= rest);
-            before = std::mem::replace(&mut now, next);
-        }
-    }
-}
-
-fn norm(vector: &[Vector6<f64>]) -> f64 {
-    vector.iter().map(Vector6::norm_squared).sum::<f64>().sqrt()
-}
-
-/// Largest eigenvalue of a symmetric tridiagonal matrix.
-fn largest_of(diagonal: &[f64], beside: &[f64]) -> f64 {
-    let size = diagonal.len();
-    let matrix = DMatrix::from_fn(size, size, |i, j| match i.abs_diff(j) {
-        0 => diagonal[i],
-        1 => beside[i.min(j)],
-        _ => 0.0,
-    });
-    SymmetricEigen::new(matrix).eigenvalues.max()
 }
 
 fn turn_of(setting: &Setting<'_>, state: &State, body: u32) -> Rotation {
