@@ -12,6 +12,8 @@ use crate::num::Job;
 use crate::report::compare::{Twin, compare};
 use crate::solver::{self, Deck, DeckOptions, Solver};
 use std::collections::BTreeSet;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 impl Road {
     /// Writes the deck of one solver into `decks/KEY/`.
@@ -124,8 +126,8 @@ impl Road {
         Ok(model)
     }
 
-    /// Runs each solver, and our DEM in that solver's scheme, in a thread of its own;
-    /// no more at a time than the job has threads.
+    /// Runs each solver, and our DEM in that solver's scheme; as many at a time as the job has threads, solvers first,
+    /// since they last longest.
     fn run_outside(
         &mut self,
         solvers: &[&'static dyn Solver],
@@ -136,25 +138,39 @@ impl Road {
             decks.push((*solver, self.export(*solver, model, &DeckOptions::default())?));
         }
         let alone = self.job.with_threads(1);
-        let mut runs = Vec::new();
-        for group in decks.chunks(self.job.threads) {
-            std::thread::scope(|scope| {
-                let start = |(solver, deck): &'_ (&'static dyn Solver, Deck)| {
-                    let (solver, deck, job) = (*solver, deck.clone(), alone.clone());
-                    scope.spawn(move || outside(solver, model, &deck, &job))
-                };
-                let threads: Vec<_> = group.iter().map(start).collect();
-                runs.extend(threads.into_iter().map(|thread| {
-                    thread
-                        .join()
-                        .unwrap_or_else(|_| Err("a solver's reader ended early".to_owned()))
-                }));
-            });
-        }
+        let runs: Vec<OnceLock<Result<Run, String>>> =
+            decks.iter().map(|_| OnceLock::new()).collect();
+        let twins: Vec<OnceLock<Result<Twin, String>>> =
+            decks.iter().map(|_| OnceLock::new()).collect();
+        let next = AtomicUsize::new(0);
+        let work = || {
+            loop {
+                let number = next.fetch_add(1, Ordering::Relaxed);
+                // Each number comes once, so nothing is set twice.
+                if let Some((solver, deck)) = decks.get(number) {
+                    let _ =
+                        runs[number].set(solver.run(model, deck, &alone).map_err(named(*solver)));
+                } else if let Some((solver, _)) = decks.get(number - decks.len()) {
+                    let twin = twin(*solver, model, &alone).map_err(named(*solver));
+                    let _ = twins[number - decks.len()].set(twin);
+                } else {
+                    break;
+                }
+            }
+        };
+        std::thread::scope(|scope| {
+            let threads: Vec<_> = (0..self.job.threads).map(|_| scope.spawn(work)).collect();
+            // What a thread that ended early leaves undone is missed below.
+            threads.into_iter().for_each(|thread| drop(thread.join()));
+        });
         if self.job.is_cancelled() {
             return Err(RoadError::Cancelled);
         }
-        Ok(runs)
+        fn done<T>(result: OnceLock<Result<T, String>>) -> Result<T, String> {
+            result.into_inner().unwrap_or_else(|| Err("a solver's reader ended early".to_owned()))
+        }
+        let both = runs.into_iter().zip(twins);
+        Ok(both.map(|(run, twin)| Ok((done(run)?, done(twin)?))).collect())
     }
 
     /// Writes the report of a run without comparison, `report/index.html`, from what [`Road::run`] gave.
@@ -169,14 +185,12 @@ impl Road {
 /// A solver's run with our own in its scheme, or what went wrong.
 type Outside = Result<(Run, Twin), String>;
 
-fn outside(solver: &dyn Solver, model: &Model, deck: &Deck, job: &Job) -> Outside {
-    let failed = |error: &dyn std::fmt::Display| {
+/// The message of an error, with the name of the solver that it is of.
+fn named<E: std::fmt::Display>(solver: &dyn Solver) -> impl Fn(E) -> String {
+    move |error| {
         let text = error.to_string();
         if text.starts_with(solver.name()) { text } else { format!("{}: {text}", solver.name()) }
-    };
-    let run = solver.run(model, deck, job).map_err(|error| failed(&error))?;
-    let twin = twin(solver, model, job).map_err(|error| failed(&error))?;
-    Ok((run, twin))
+    }
 }
 
 /// Our own DEM with the solver's own scheme: what the solver should give to round-off.
