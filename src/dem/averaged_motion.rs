@@ -50,8 +50,8 @@ pub fn second_half(setting: &Setting<'_>, state: &mut State) {
 /// step before and after, in a cube with edges of twice `edge` about where lists were built.
 fn drift_alone(setting: &Setting<'_>, state: &mut State, edge: f64) -> bool {
     #[cfg(target_arch = "x86_64")]
-    if Four::is_here() {
-        #[target_feature(enable = "avx2,fma")]
+    if is_x86_feature_detected!("avx2") {
+        #[target_feature(enable = "avx2")]
         fn with_avx2(setting: &Setting<'_>, state: &mut State, edge: f64) -> bool {
             drift_by::<Four>(setting, state, edge)
         }
@@ -82,8 +82,8 @@ fn drift_by<L: Wide<4>>(setting: &Setting<'_>, state: &mut State, edge: f64) -> 
 /// Kicks the balls that are bodies by themselves, and moves them for half a step.
 fn kick_alone(setting: &Setting<'_>, state: &mut State) {
     #[cfg(target_arch = "x86_64")]
-    if Four::is_here() {
-        #[target_feature(enable = "avx2,fma")]
+    if is_x86_feature_detected!("avx2") {
+        #[target_feature(enable = "avx2")]
         fn with_avx2(setting: &Setting<'_>, state: &mut State) {
             kick_by::<Four>(setting, state);
         }

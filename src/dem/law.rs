@@ -422,7 +422,7 @@ pub fn respond<L: Lanes, K: Kind>(
     let elastic = pair.kn * approach.overlap;
     let mut normal = elastic;
     if K::DAMPING {
-        normal = pair.cn.times_plus(closing, normal);
+        normal = normal + pair.cn * closing;
         let pulls = L::both(normal.below(zero), L::all(!rule.law.tension));
         normal = L::pick(pulls, zero, normal);
         past.lag = L::only(touches, normal - elastic);
@@ -431,11 +431,11 @@ pub fn respond<L: Lanes, K: Kind>(
     normal = L::only(touches, normal);
     let mut tangent = Triple::zero();
     if K::FRICTION {
-        let slide = approach.velocity.plus_times(n, closing);
+        let slide = approach.velocity + n * closing;
         let limit = pair.friction * normal.abs();
-        let mut trial = before.plus_times(slide, L::splat(rule.advance));
+        let mut trial = before + slide * L::splat(rule.advance);
         if K::HISTORY == History::Projected {
-            trial = trial.less_times(n, trial.dot(n));
+            trial = trial - n * trial.dot(n);
         }
         if K::HISTORY == History::Rotated {
             past.normal = n;
@@ -473,7 +473,7 @@ fn mean_power<L: Lanes>(before: L, now: L) -> L {
     let both = L::both(zero.below(before), zero.below(now));
     let shift = L::only(both, L::splat(0.25));
     let half = L::splat(0.5);
-    (half - shift).times_plus(before, (half + shift) * now)
+    (half - shift) * before + (half + shift) * now
 }
 
 /// The spring of the last pass, turned with the contact.
@@ -500,7 +500,7 @@ pub fn carry<L: Lanes, K: Kind>(
 /// `old` projected on the plane of normal `n`, at its old length.
 #[inline(always)]
 pub fn rescale<L: Lanes>(old: Triple<L>, n: Triple<L>) -> Triple<L> {
-    let flat = old.less_times(n, old.dot(n));
+    let flat = old - n * old.dot(n);
     let (was, is) = (old.dot(old), flat.dot(flat));
     let one = L::splat(1.0);
     let ratio = was / is;
@@ -508,9 +508,8 @@ pub fn rescale<L: Lanes>(old: Triple<L>, n: Triple<L>) -> Triple<L> {
     // digits below 1e-3. A root costs as much as all else here.
     let d = ratio - one;
     let small = d.abs().below(L::splat(1e-3));
-    let series = L::splat(0.0625).less_times(L::splat(5.0 / 128.0), d);
-    let series = L::splat(0.5).less_times(d, L::splat(0.125).less_times(d, series));
-    let series = d.times_plus(series, one);
+    let series = L::splat(0.0625) - L::splat(5.0 / 128.0) * d;
+    let series = one + d * (L::splat(0.5) - d * (L::splat(0.125) - d * series));
     let is_there = L::splat(0.0).below(is);
     let mut stretch = L::pick(small, series, one);
     let large = L::both(is_there, L::not(small));
@@ -544,7 +543,7 @@ pub fn cut<L: Lanes>(
 ) -> Cut<L> {
     let (zero, one) = (L::splat(0.0), L::splat(1.0));
     let (pull, dash) = (trial * pair.kt, slide * pair.ct);
-    let total = dash.plus_times(trial, pair.kt);
+    let total = pull + dash;
     let limited = if kind == Coulomb::Sum { total } else { pull };
     let square = limited.dot(limited);
     let slips = L::both(touches, (limit * limit).below(square));

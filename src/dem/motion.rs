@@ -224,8 +224,8 @@ fn look(flock: &Flock<'_>, leap: &Leap) -> Seen {
 /// [`go_by`] with the lanes that this processor has.
 fn go(setting: &Setting<'_>, lights: &Lights, flock: &mut Flock<'_>, leap: &Leap) -> bool {
     #[cfg(target_arch = "x86_64")]
-    if Four::is_here() {
-        #[target_feature(enable = "avx2,fma")]
+    if is_x86_feature_detected!("avx2") {
+        #[target_feature(enable = "avx2")]
         fn with_avx2(
             setting: &Setting<'_>,
             lights: &Lights,
@@ -348,8 +348,8 @@ fn drift_solids(setting: &Setting<'_>, solids: &mut [Solid], scheme: Scheme) {
     }
     if !scheme.is_richardson() {
         #[cfg(target_arch = "x86_64")]
-        if Four::is_here() {
-            #[target_feature(enable = "avx2,fma")]
+        if is_x86_feature_detected!("avx2") {
+            #[target_feature(enable = "avx2")]
             fn with_avx2(setting: &Setting<'_>, solids: &mut [Solid]) {
                 turn_solids::<Four>(setting, solids);
             }

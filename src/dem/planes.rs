@@ -74,7 +74,7 @@ pub fn approach<const W: usize, L: Wide<W>, const SPINS: bool, const MOVING: boo
             velocity = velocity - drift;
         }
         if SPINS {
-            let arm = radius.less_times(overlap, share);
+            let arm = radius - overlap * share;
             let mut spins: Triple<L> = L::triples(entries(&spins[pairs.block..], me));
             velocity = velocity + unit.cross(spins * arm);
             if MOVING {

@@ -243,8 +243,8 @@ mod tests {
                 assert!((turning - spins[l]).norm() <= 1e-14 * turning.norm(), "{step} {l}");
             }
             #[cfg(target_arch = "x86_64")]
-            if crate::dem::lanes::Four::is_here() {
-                #[target_feature(enable = "avx2,fma")]
+            if is_x86_feature_detected!("avx2") {
+                #[target_feature(enable = "avx2")]
                 fn with_avx2(
                     turns: [&Rotation; 4],
                     inertias: [&Vec3; 4],

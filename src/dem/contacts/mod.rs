@@ -436,17 +436,17 @@ fn approach<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
         scratch.unit.set(at, unit);
         scratch.overlap.set(at, overlap);
         if SPINS > 0 {
-            let arms = radii.map(|radius| radius.less_times(share, overlap));
-            let slides = radii.map(|radius| radius.less_times(slide_share, overlap));
+            let arms = [radii[0] - share * overlap, radii[1] - share * overlap];
+            let slides = [radii[0] - slide_share * overlap, radii[1] - slide_share * overlap];
             let (mine, away) = (entries(&spins[pairs.block..], me), entries(spins, them));
             let spins = if MIXED {
                 let (mine, away) = (L::triples(mine), L::triples(away));
-                velocity = velocity + unit.cross((mine * slides[0]).plus_times(away, slides[1]));
+                velocity = velocity + unit.cross(mine * slides[0] + away * slides[1]);
                 scratch.arms[1].set(at, arms[1]);
                 mine + away
             } else {
                 let both = L::triple_sums(mine, away);
-                velocity = velocity.plus_times(unit.cross(both), slides[0]);
+                velocity = velocity + unit.cross(both) * slides[0];
                 both
             };
             scratch.arms[0].set(at, arms[0]);
@@ -553,7 +553,7 @@ fn answer<const W: usize, L: Wide<W>, K: Kind>(
             if K::HISTORY == History::Rotated {
                 L::pack3(past.normal, &mut normals[group]);
             }
-            scratch.push.set(at, tangent.plus_times(unit, normal));
+            scratch.push.set(at, unit * normal + tangent);
             scratch.couple.set(at, unit.cross(tangent));
         } else {
             scratch.push.set(at, unit * normal);

@@ -8,6 +8,8 @@ use crate::dem::averaged_meet::{meet, meet_planes};
 pub trait Version {
     /// Contacts side by side.
     const WIDE: usize;
+    /// Whether this processor has them.
+    fn is_here() -> bool;
     /// See [`check`].
     fn check<'a>(pairs: Pairs<'a>, field: &Field<'_>, pulls: usize) -> Checked<'a>;
     /// See [`approach`].
@@ -69,12 +71,16 @@ macro_rules! version {
         impl Version for $lanes {
             const WIDE: usize = $wide;
 
+            fn is_here() -> bool {
+                true $(&& is_x86_feature_detected!($feature))*
+            }
+
             fn check<'a>(pairs: Pairs<'a>, field: &Field<'_>, pulls: usize) -> Checked<'a> {
                 $(#[target_feature(enable = $feature)])*
                 fn inner<'a>(pairs: Pairs<'a>, field: &Field<'_>, pulls: usize) -> Checked<'a> {
                     check(pairs, field, pulls)
                 }
-                assert!(<Self as Wide<$wide>>::is_here());
+                assert!(Self::is_here());
                 // SAFETY: the processor has what the function asks for.
                 #[allow(unused_unsafe)] // nothing is asked for where all processors will do
                 unsafe { inner(pairs, field, pulls) }
@@ -95,7 +101,7 @@ macro_rules! version {
                 ) {
                     approach::<$wide, $lanes, SPINS, MIXED>(field, pairs, count, scratch);
                 }
-                assert!(<Self as Wide<$wide>>::is_here());
+                assert!(Self::is_here());
                 // SAFETY: the processor has what the function asks for.
                 #[allow(unused_unsafe)] // see above
                 unsafe { inner::<SPINS, MIXED>(field, pairs, count, scratch) }
@@ -116,7 +122,7 @@ macro_rules! version {
                 ) {
                     carry::<$wide, $lanes, HISTORY>(field, book, count, scratch);
                 }
-                assert!(<Self as Wide<$wide>>::is_here());
+                assert!(Self::is_here());
                 // SAFETY: the processor has what the function asks for.
                 #[allow(unused_unsafe)] // see above
                 unsafe { inner::<HISTORY>(field, book, count, scratch) }
@@ -137,7 +143,7 @@ macro_rules! version {
                 ) {
                     answer::<$wide, $lanes, K>(field, pairs, book, scratch);
                 }
-                assert!(<Self as Wide<$wide>>::is_here());
+                assert!(Self::is_here());
                 // SAFETY: the processor has what the function asks for.
                 #[allow(unused_unsafe)] // see above
                 unsafe { inner::<K>(field, pairs, book, scratch) }
@@ -154,7 +160,7 @@ macro_rules! version {
                 ) {
                     deliver::<$wide, $lanes, SPINS, MIXED>(pairs, scratch);
                 }
-                assert!(<Self as Wide<$wide>>::is_here());
+                assert!(Self::is_here());
                 // SAFETY: the processor has what the function asks for.
                 #[allow(unused_unsafe)] // see above
                 unsafe { inner::<SPINS, MIXED>(pairs, scratch) }
@@ -165,7 +171,7 @@ macro_rules! version {
                 fn inner(loads: &mut [Load], pulls: &mut [Line]) {
                     take::<$wide, $lanes>(loads, pulls);
                 }
-                assert!(<Self as Wide<$wide>>::is_here());
+                assert!(Self::is_here());
                 // SAFETY: the processor has what the function asks for.
                 #[allow(unused_unsafe)] // see above
                 unsafe { inner(loads, pulls) }
@@ -186,7 +192,7 @@ macro_rules! version {
                 ) {
                     planes::approach::<$wide, $lanes, SPINS, MOVING>(field, pairs, count, scratch);
                 }
-                assert!(<Self as Wide<$wide>>::is_here());
+                assert!(Self::is_here());
                 // SAFETY: the processor has what the function asks for.
                 #[allow(unused_unsafe)] // see above
                 unsafe { inner::<SPINS, MOVING>(field, pairs, count, scratch) }
@@ -207,7 +213,7 @@ macro_rules! version {
                 ) {
                     meet::<$wide, $lanes, FRICTION, DAMPING, MIXED>(field, pairs, near, scratch);
                 }
-                assert!(<Self as Wide<$wide>>::is_here());
+                assert!(Self::is_here());
                 // SAFETY: the processor has what the function asks for.
                 #[allow(unused_unsafe)] // see above
                 unsafe { inner::<FRICTION, DAMPING, MIXED>(field, pairs, near, scratch) }
@@ -228,7 +234,7 @@ macro_rules! version {
                 ) {
                     meet_planes::<$wide, $lanes, FRICTION, DAMPING>(field, pairs, near, scratch);
                 }
-                assert!(<Self as Wide<$wide>>::is_here());
+                assert!(Self::is_here());
                 // SAFETY: the processor has what the function asks for.
                 #[allow(unused_unsafe)] // see above
                 unsafe { inner::<FRICTION, DAMPING>(field, pairs, near, scratch) }
@@ -245,7 +251,7 @@ macro_rules! version {
                 ) {
                     planes::deliver::<$wide, $lanes, SPINS, MOVING>(pairs, scratch);
                 }
-                assert!(<Self as Wide<$wide>>::is_here());
+                assert!(Self::is_here());
                 // SAFETY: the processor has what the function asks for.
                 #[allow(unused_unsafe)] // see above
                 unsafe { inner::<SPINS, MOVING>(pairs, scratch) }

@@ -1,12 +1,10 @@
 //! Several numbers as one: what the law of a contact is written in, so that it stands once
 //! and runs on one contact (`f64`), on four or on eight side by side.
 //!
-//! Every operation is the one of IEEE 754 on each number by itself; none is reordered, and a product is added
-//! without rounding it first only where the code says so ([`Lanes::times_plus`]). So four and eight give the same bytes, on
-//! every machine. A single number has its products rounded, since not all processors can do without, and a call costs
-//! more than what it serves: contacts that are answered one by one are so everywhere.
+//! Every operation is the one of IEEE 754 on each number by itself; none is contracted or
+//! reordered. So all widths give the same bytes, on every machine.
 //!
-//! [`Plain`] is four numbers on any processor, [`Four`] uses AVX2 and FMA, [`Eight`] AVX-512.
+//! [`Plain`] is four numbers on any processor, [`Four`] uses AVX2, [`Eight`] AVX-512.
 //!
 //! About `unsafe`: the vector instructions of a processor are `unsafe` to call where it is not known
 //! to have them. `Four` and `Eight` are used in functions that are compiled for these instructions only
@@ -33,12 +31,6 @@ pub trait Lanes:
     fn sqrt(self) -> Self;
     /// Absolute values.
     fn abs(self) -> Self;
-    /// `self × by + plus`, on lanes rounded once.
-    fn times_plus(self, by: Self, plus: Self) -> Self;
-    /// `self × by − minus`, on lanes rounded once.
-    fn times_minus(self, by: Self, minus: Self) -> Self;
-    /// `self − a × b`, on lanes rounded once.
-    fn less_times(self, a: Self, b: Self) -> Self;
     /// Where these are below those.
     fn below(self, other: Self) -> Self::Mask;
     /// Where these are below those or equal.
@@ -75,18 +67,6 @@ impl Lanes for f64 {
     #[inline(always)]
     fn abs(self) -> Self {
         f64::abs(self)
-    }
-    #[inline(always)]
-    fn times_plus(self, by: Self, plus: Self) -> Self {
-        self * by + plus
-    }
-    #[inline(always)]
-    fn times_minus(self, by: Self, minus: Self) -> Self {
-        self * by - minus
-    }
-    #[inline(always)]
-    fn less_times(self, a: Self, b: Self) -> Self {
-        self - a * b
     }
     #[inline(always)]
     fn below(self, other: Self) -> bool {
@@ -150,36 +130,16 @@ impl<L: Lanes> Triple<L> {
     /// Scalar product.
     #[inline(always)]
     pub fn dot(self, other: Self) -> L {
-        self.x.times_plus(other.x, self.y.times_plus(other.y, self.z * other.z))
+        self.x * other.x + self.y * other.y + self.z * other.z
     }
 
     /// Vector product.
     #[inline(always)]
     pub fn cross(self, other: Self) -> Self {
         Self {
-            x: self.y.times_minus(other.z, self.z * other.y),
-            y: self.z.times_minus(other.x, self.x * other.z),
-            z: self.x.times_minus(other.y, self.y * other.x),
-        }
-    }
-
-    /// `self + vector × by`.
-    #[inline(always)]
-    pub fn plus_times(self, vector: Self, by: L) -> Self {
-        Self {
-            x: vector.x.times_plus(by, self.x),
-            y: vector.y.times_plus(by, self.y),
-            z: vector.z.times_plus(by, self.z),
-        }
-    }
-
-    /// `self − vector × by`.
-    #[inline(always)]
-    pub fn less_times(self, vector: Self, by: L) -> Self {
-        Self {
-            x: self.x.less_times(vector.x, by),
-            y: self.y.less_times(vector.y, by),
-            z: self.z.less_times(vector.z, by),
+            x: self.y * other.z - self.z * other.y,
+            y: self.z * other.x - self.x * other.z,
+            z: self.x * other.y - self.y * other.x,
         }
     }
 
@@ -247,8 +207,6 @@ pub struct Line(pub [f64; 8]);
 pub trait Wide<const W: usize>: Lanes {
     /// A [`Line`].
     type Row: Copy;
-    /// Whether this processor has such lanes.
-    fn is_here() -> bool;
     /// Reads a line.
     fn row(line: &Line) -> Self::Row;
     /// Writes a line.

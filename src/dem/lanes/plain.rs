@@ -49,18 +49,6 @@ impl Lanes for Plain {
         Self(self.0.map(f64::abs))
     }
     #[inline(always)]
-    fn times_plus(self, by: Self, plus: Self) -> Self {
-        Self(from_fn(|l| self.0[l].mul_add(by.0[l], plus.0[l])))
-    }
-    #[inline(always)]
-    fn times_minus(self, by: Self, minus: Self) -> Self {
-        Self(from_fn(|l| self.0[l].mul_add(by.0[l], -minus.0[l])))
-    }
-    #[inline(always)]
-    fn less_times(self, a: Self, b: Self) -> Self {
-        Self(from_fn(|l| (-a.0[l]).mul_add(b.0[l], self.0[l])))
-    }
-    #[inline(always)]
     fn below(self, other: Self) -> [bool; 4] {
         from_fn(|l| self.0[l] < other.0[l])
     }
@@ -96,9 +84,6 @@ impl Lanes for Plain {
 
 impl Wide<4> for Plain {
     type Row = [f64; 8];
-    fn is_here() -> bool {
-        true
-    }
     #[inline(always)]
     fn row(line: &Line) -> [f64; 8] {
         line.0

@@ -94,21 +94,6 @@ impl Lanes for Four {
         Self(unsafe { _mm256_andnot_pd(_mm256_set1_pd(-0.0), self.0) })
     }
     #[inline(always)]
-    fn times_plus(self, by: Self, plus: Self) -> Self {
-        // SAFETY: see above.
-        Self(unsafe { _mm256_fmadd_pd(self.0, by.0, plus.0) })
-    }
-    #[inline(always)]
-    fn times_minus(self, by: Self, minus: Self) -> Self {
-        // SAFETY: see above.
-        Self(unsafe { _mm256_fmsub_pd(self.0, by.0, minus.0) })
-    }
-    #[inline(always)]
-    fn less_times(self, a: Self, b: Self) -> Self {
-        // SAFETY: see above.
-        Self(unsafe { _mm256_fnmadd_pd(a.0, b.0, self.0) })
-    }
-    #[inline(always)]
     fn below(self, other: Self) -> __m256d {
         // SAFETY: see above.
         unsafe { _mm256_cmp_pd::<_CMP_LT_OQ>(self.0, other.0) }
@@ -180,9 +165,6 @@ fn three(value: &Vec3) -> __m256d {
 
 impl Wide<4> for Four {
     type Row = [__m256d; 2];
-    fn is_here() -> bool {
-        is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")
-    }
     #[inline(always)]
     fn row(line: &Line) -> Self::Row {
         // SAFETY: see above.
@@ -363,21 +345,6 @@ impl Lanes for Eight {
         Self(unsafe { _mm512_andnot_pd(_mm512_set1_pd(-0.0), self.0) })
     }
     #[inline(always)]
-    fn times_plus(self, by: Self, plus: Self) -> Self {
-        // SAFETY: see above.
-        Self(unsafe { _mm512_fmadd_pd(self.0, by.0, plus.0) })
-    }
-    #[inline(always)]
-    fn times_minus(self, by: Self, minus: Self) -> Self {
-        // SAFETY: see above.
-        Self(unsafe { _mm512_fmsub_pd(self.0, by.0, minus.0) })
-    }
-    #[inline(always)]
-    fn less_times(self, a: Self, b: Self) -> Self {
-        // SAFETY: see above.
-        Self(unsafe { _mm512_fnmadd_pd(a.0, b.0, self.0) })
-    }
-    #[inline(always)]
     fn below(self, other: Self) -> __mmask8 {
         // SAFETY: see above.
         unsafe { _mm512_cmp_pd_mask::<_CMP_LT_OQ>(self.0, other.0) }
@@ -500,11 +467,6 @@ fn mix(a: __m512d, b: __m512d, from: [i64; 8]) -> __m512d {
 
 impl Wide<8> for Eight {
     type Row = __m512d;
-    fn is_here() -> bool {
-        is_x86_feature_detected!("avx512f")
-            && is_x86_feature_detected!("avx512dq")
-            && is_x86_feature_detected!("avx512vl")
-    }
     #[inline(always)]
     fn row(line: &Line) -> __m512d {
         // SAFETY: see above.
