@@ -2,7 +2,7 @@
 
 use super::series::{self, Class};
 use crate::geometry::Bounds;
-use crate::model::{Body, Contact, Lost, Model, Motion, Needs, Wall, WallShape};
+use crate::model::{Body, Contact, Dimension, Lost, Model, Motion, Needs, Wall, WallShape};
 use crate::num::Vec3;
 use crate::solver::deck::{Header, plain};
 use crate::solver::table::{Cell, Table};
@@ -453,7 +453,7 @@ pub fn spheres(model: &Model) -> Table<'_> {
 
 /// Index, material; place, radius, mass, moment of inertia, velocity half a step before, spin of a body of one sphere.
 fn sphere(model: &Model, body: &Body, materials: &[usize]) -> [Cell; 14] {
-    let flat = model.needs().discs;
+    let flat = model.dimension == Dimension::Two;
     let (x, index) = (&body.position, body.first_sphere as usize);
     let inertia = if flat { body.inertia.z } else { body.inertia.x };
     let (v, w) = (early(model, &body.velocity), &body.spin);
