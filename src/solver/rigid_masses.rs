@@ -10,8 +10,9 @@
 //! Newton's method with a pseudo-inverse (centres on a line or plane) and
 //! step halving.
 //!
-//! Exact whenever the centre of mass lies inside the hull of the centres. If
-//! not, no positive masses exist; what comes back balances as far as the hull
+//! Exact whenever the centre of mass lies inside the hull of the centres, but for about one in some
+//! thousands of random clumps, to whose masses no step leads. If it lies outside,
+//! no positive masses exist; what comes back balances as far as the hull
 //! allows, and `arm` says how far it is off. Cost O(n) a step, about 10 steps.
 //!
 //! [`balance`] is exact for every clump: where the split is off, one more point
@@ -204,7 +205,7 @@ mod tests {
     }
 
     proptest! {
-        /// Any clump whose centre of mass is a mixture of its sphere centres can be split exactly.
+        /// Any clump whose centre of mass is a mixture of its sphere centres balances; nearly all without a point.
         #[test]
         fn mixtures_are_met(
             raw in prop::collection::vec((-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64, 0.3..1.0f64, 0.05..1.0f64), 2..12)
@@ -214,10 +215,11 @@ mod tests {
             let offsets: Vec<Vec3> =
                 raw.iter().map(|r| (Vec3::new(r.0, r.1, r.2) - centre) * 1e-3).collect();
             let radii: Vec<f64> = raw.iter().map(|r| r.3 * 1e-3).collect();
-            let split = split(2.5, &offsets, &radii);
-            prop_assert!(split.masses.iter().all(|m| *m > 0.0));
-            prop_assert!((split.masses.iter().sum::<f64>() - 2.5).abs() < 1e-14);
-            prop_assert!(split.arm.norm() < 1e-3 * 1e-13, "arm {:?}", split.arm);
+            let Balance { masses, point, arm } = balance(2.5, &offsets, &radii);
+            prop_assert!(masses.iter().all(|m| *m > 0.0));
+            let beside = point.map_or(0.0, |point| point.mass);
+            prop_assert!((masses.iter().sum::<f64>() + beside - 2.5).abs() < 1e-14);
+            prop_assert!(arm.norm() < 1e-3 * BALANCED, "arm {arm:?}");
         }
     }
 }
