@@ -123,14 +123,12 @@ fn unions_have_the_volume_that_random_points_find() {
 }
 
 #[test]
-#[ignore = "long in a debug build: cargo test --release --test grains -- --ignored"]
 fn unions_of_up_to_twelve_solids_have_the_volume_that_random_points_find() {
     let parameters = UnionParameters { solids: [2, 12], ..Default::default() };
     unions_against_random_points(&parameters, grains() / 4);
 }
 
 #[test]
-#[ignore = "long in a debug build: cargo test --release --test grains -- --ignored"]
 fn unions_along_the_axes_that_share_faces_have_the_volume_that_random_points_find() {
     let parameters = UnionParameters {
         solids: [2, 12],

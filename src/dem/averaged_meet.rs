@@ -10,8 +10,8 @@
 use super::averaged::{self, Answer, Meeting, respond};
 use super::averaged_pass::{member_at_plane, members};
 use super::contacts::{
-    ANSWERS, Checked, GROUP, Scratch, Second, ZEROS, chunk, chunk_mut, entries, follow, gathered,
-    groups, groups_mut, nearest, version::Version, within,
+    ANSWERS, Checked, GROUP, Relative, Scratch, Second, chunk, chunk_mut, entries, follow,
+    gathered, groups, groups_mut, relative, version::Version, within,
 };
 use super::forces::Field;
 use super::lanes::{Line, Triple, Wide};
@@ -110,7 +110,6 @@ pub fn meet<
 ) {
     let Field { balls, spins, setting, rule, memory, .. } = field;
     assert!(DAMPING == 0 || memory.lines.len() >= balls.len());
-    let alike = L::splat(setting.alike.map_or(0.0, |(_, radius)| radius));
     let (share, one) = (L::splat(setting.share), L::splat(1.0));
     let (span, half) = (L::splat(rule.advance), L::splat(0.5 * rule.advance));
     let whole = pairs.first.len() / W;
@@ -119,20 +118,8 @@ pub fn meet<
     for group in 0..whole {
         let (at, me, them) = (within::<W>(group * W), &first[group], &second[group]);
         let (ours, theirs) = (entries(&balls[pairs.block..], me), entries(balls, them));
-        let mut rows = [L::row(&ZEROS); W];
-        for l in 0..W {
-            rows[l] = L::difference(L::row(ours[l].line()), L::row(theirs[l].line()));
-        }
-        let [x, y, z, _, u, v, w, _] = L::columns(rows);
-        let (mut between, mut velocity) = (Triple { x, y, z }, Triple { x: u, y: v, z: w });
-        if setting.needs.periodic {
-            between = nearest(between, &setting.edges);
-        }
-        let radii = if MIXED {
-            [L::load(&ours.map(|ball| ball.radius)), L::load(&theirs.map(|ball| ball.radius))]
-        } else {
-            [alike; 2]
-        };
+        let Relative { between, mut velocity, radii } =
+            relative::<W, L, MIXED>(setting, ours, theirs);
         let square = between.dot(between);
         let sum = radii[0] + radii[1];
         // The gap at an end of the step, d − R − Δt/2 |d·v|/d, is positive if d² − R² > Δt |d·v|.

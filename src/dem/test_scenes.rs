@@ -1,6 +1,6 @@
 //! Small models for the tests of this room.
 
-use crate::geometry::{Bounds, Mesh};
+use crate::geometry::Mesh;
 use crate::model::*;
 use crate::num::random::{self, RngExt};
 use crate::num::{Rotation, Vec3};
@@ -16,41 +16,15 @@ pub const MASS: f64 = 0.010_471_975_511_965_977;
 
 /// A model without bodies and walls.
 pub fn empty(scheme: Scheme, contact: Contact) -> Model {
-    Model {
-        title: "test".to_owned(),
-        dimension: Dimension::Three,
-        seed: 1,
-        bodies: Vec::new(),
-        spheres: Vec::new(),
-        bonds: Vec::new(),
-        materials: vec![Material { name: "grain".to_owned(), density: DENSITY }],
-        contacts: ContactTable::uniform(1, contact),
-        extra: Extra::default(),
-        walls: Vec::new(),
-        gravity: Vec3::zeros(),
-        mutual: None,
-        local_damping: 0.0,
-        domain: Bounds { low: Vec3::repeat(-1.0), high: Vec3::repeat(1.0) },
-        periodic: None,
-        springs: Vec::new(),
-        arrivals: Vec::new(),
-        decks: Default::default(),
-        plan: Plan {
-            step: 1e-6,
-            reason: StepReason::Given,
-            steps: 0,
-            frame_every: 1_000_000_000,
-            series_every: 1_000_000_000,
-            checkpoint_every: 0,
-            scheme,
-            law: scheme.law(),
-            zero_every: 0,
-            zero_until: 0,
-            insist: false,
-            // Grains are thrown together as deep as it comes.
-            guard: Guard { overlap: 0.0, ..Guard::default() },
-        },
-    }
+    let material = Material { name: "grain".to_owned(), density: DENSITY };
+    let plan = Plan {
+        step: 1e-6,
+        // Grains are thrown together as deep as it comes.
+        guard: Guard { overlap: 0.0, ..Guard::default() },
+        ..Plan::new(scheme)
+    };
+    let title = "test".to_owned();
+    Model { title, seed: 1, ..Model::empty(Dimension::Three, material, contact, plan) }
 }
 
 /// kn = [`KN`] and the rest as given.
@@ -60,11 +34,8 @@ pub fn contact(kt: f64, cn: f64, ct: f64, friction: f64) -> Contact {
 
 /// Adds a sphere (or disc).
 pub fn add_sphere(model: &mut Model, place: Vec3, radius: f64, velocity: Vec3, spin: Vec3) {
-    let first = model.spheres.len() as u32;
-    let mut body = Body::sphere(model.dimension, place, radius, DENSITY, 0, first);
+    let body = model.add_sphere(place, radius, DENSITY, 0);
     (body.velocity, body.spin) = (velocity, spin);
-    model.spheres.push(Sphere { offset: Vec3::zeros(), radius, body: model.bodies.len() as u32 });
-    model.bodies.push(body);
 }
 
 /// Adds a clump of three spheres with mass properties of its own.

@@ -71,9 +71,17 @@ pub struct Needs {
     pub rotation: bool,
 }
 
+#[cfg(test)]
+std::thread_local! {
+    /// How often this thread has read a model's needs.
+    pub static ASKED: std::cell::Cell<u64> = const { std::cell::Cell::new(0) };
+}
+
 impl Needs {
     /// Reads a model.
     pub fn of(model: &Model) -> Self {
+        #[cfg(test)]
+        ASKED.set(ASKED.get() + 1);
         let pairs = || {
             let size = model.contacts.size() as u16;
             (0..size).flat_map(move |a| (a..size).map(move |b| model.contacts.between(a, b)))

@@ -237,6 +237,9 @@ impl Default for Guard {
     }
 }
 
+/// Steps after which nothing is ever written: the most that LIGGGHTS and LAMMPS can read.
+const NEVER: u64 = i32::MAX as u64;
+
 impl Plan {
     /// `scheme` with its own law; step and number of steps still 0, frames and rows at start and end only.
     pub fn new(scheme: Scheme) -> Self {
@@ -244,8 +247,8 @@ impl Plan {
             step: 0.0,
             reason: StepReason::Given,
             steps: 0,
-            frame_every: u64::MAX,
-            series_every: u64::MAX,
+            frame_every: NEVER,
+            series_every: NEVER,
             checkpoint_every: 0,
             scheme,
             law: scheme.law(),

@@ -52,11 +52,8 @@ impl Road {
         let mut running = self.store.begin("compare", "")?;
         let mut others = Vec::new();
         let mut twins = Vec::new();
-        for (solver, outcome) in able.iter().zip(self.run_outside(&able, &model)?) {
+        for outcome in self.run_outside(&able, &model)? {
             match outcome {
-                Ok((Run { outcome: Outcome::Failed { reason }, .. }, _)) => {
-                    failures.push(format!("{}: {reason}", solver.name()));
-                }
                 Ok((run, twin)) => {
                     twins.push(Twin { of: others.len(), ..twin });
                     others.push(run);
@@ -148,11 +145,13 @@ impl Road {
                 let number = next.fetch_add(1, Ordering::Relaxed);
                 // Each number comes once, so nothing is set twice.
                 if let Some((solver, deck)) = decks.get(number) {
-                    let _ =
-                        runs[number].set(solver.run(model, deck, &alone).map_err(named(*solver)));
+                    let _ = runs[number].set(outside(*solver, model, deck, &alone));
                 } else if let Some((solver, _)) = decks.get(number - decks.len()) {
-                    let twin = twin(*solver, model, &alone).map_err(named(*solver));
-                    let _ = twins[number - decks.len()].set(twin);
+                    // Nothing is compared with a solver that has failed.
+                    if !runs[number - decks.len()].get().is_some_and(Result::is_err) {
+                        let twin = twin(*solver, model, &alone).map_err(named(*solver));
+                        let _ = twins[number - decks.len()].set(twin);
+                    }
                 } else {
                     break;
                 }
@@ -190,6 +189,15 @@ fn named<E: std::fmt::Display>(solver: &dyn Solver) -> impl Fn(E) -> String {
     move |error| {
         let text = error.to_string();
         if text.starts_with(solver.name()) { text } else { format!("{}: {text}", solver.name()) }
+    }
+}
+
+/// A solver's run to its end, or why there is none.
+fn outside(solver: &dyn Solver, model: &Model, deck: &Deck, job: &Job) -> Result<Run, String> {
+    let run = solver.run(model, deck, job).map_err(named(solver))?;
+    match &run.outcome {
+        Outcome::Failed { reason } => Err(named(solver)(reason)),
+        _ => Ok(run),
     }
 }
 

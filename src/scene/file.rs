@@ -165,7 +165,7 @@ fn with_suggestion(message: &str) -> String {
         .filter(|(distance, known)| *distance <= 2.max(known.len() / 3));
     match best {
         Some((_, known)) => format!("{message}; did you mean `{known}`?"),
-        None if TOP.contains(&found) && message.starts_with("unknown field ") => {
+        None if stands_at_top(found) && message.starts_with("unknown field ") => {
             format!(
                 "{message}; `{found}` stands at the top: as a table of its own, [{found}], or above \
                  the first table of the file"
@@ -175,19 +175,10 @@ fn with_suggestion(message: &str) -> String {
     }
 }
 
-/// Keys at the top of a scene; under a table they belong to that table.
-const TOP: [&str; 10] = [
-    "title",
-    "dimension",
-    "seed",
-    "mixture",
-    "contact",
-    "container",
-    "packing",
-    "plan",
-    "output",
-    "compare",
-];
+/// Whether `key` stands at the top of a scene; under a table it belongs to that table.
+fn stands_at_top(key: &str) -> bool {
+    schemars::schema_for!(Scene).pointer(&format!("/properties/{key}")).is_some()
+}
 
 /// Levenshtein distance.
 fn edit_distance(a: &str, b: &str) -> usize {
@@ -270,6 +261,16 @@ mod tests {
         let far = "unknown field `zzzzzzzz`, expected one of `kn`, `friction`";
         assert_eq!(with_suggestion(far), far);
         assert_eq!(edit_distance("kitten", "sitting"), 3);
+    }
+
+    #[test]
+    fn keys_of_the_top_are_those_of_scenes() {
+        for key in ["title", "decks", "contact", "compare"] {
+            let message = format!("unknown field `{key}`, expected `x`");
+            assert!(with_suggestion(&message).contains("stands at the top"), "{key}");
+        }
+        let message = "unknown field `kinetic/energy`, expected `x`";
+        assert_eq!(with_suggestion(message), message);
     }
 
     #[test]

@@ -4,8 +4,9 @@
 use super::deck::examples::{self, add_clump, add_plane, add_sphere, contact, empty, plate};
 use super::{DeckOptions, LimitKind, Solver, SolverError, all};
 use crate::geometry::Cell;
+use crate::model::needs::ASKED;
 use crate::model::{
-    Contact, ContactTable, Dimension, Material, Model, Motion, Needs, Wall, WallShape,
+    Contact, ContactTable, Dimension, Material, Model, Motion, Needs, Plan, Wall, WallShape,
 };
 use crate::num::Vec3;
 
@@ -506,5 +507,39 @@ fn contact_bonds_go_to_yade_and_nothing_else_does() {
         let mut other = model.clone();
         change(&mut other.bonds[0]);
         assert!(refused(yade, &other));
+    }
+}
+
+#[test]
+fn decks_of_many_bodies_ask_no_more_often_for_the_needs_than_those_of_few() {
+    let grid = |count: u32| {
+        let mut model = empty(Dimension::Three, contact());
+        for number in 0..count {
+            let place = Vec3::new(f64::from(number % 8), f64::from(number / 8), 0.0) * 4e-3;
+            add_sphere(&mut model, place, 1e-3, Vec3::x(), 0);
+            add_clump(&mut model, place + Vec3::z() * 6e-3);
+        }
+        model
+    };
+    for solver in all() {
+        let asked = |count: u32| {
+            let (model, before) = (grid(count), ASKED.get());
+            written(solver, &model, &DeckOptions::default());
+            ASKED.get() - before
+        };
+        assert_eq!(asked(40), asked(4), "{}", solver.key());
+    }
+}
+
+#[test]
+fn runs_without_frames_have_decks_that_solvers_can_read() {
+    let mut model = examples::two_spheres();
+    model.plan = Plan { step: 1e-6, steps: 10, ..Plan::new(model.plan.scheme) };
+    for solver in all() {
+        for (name, text) in written(solver, &model, &DeckOptions::default()) {
+            let numbers = text.split(|c: char| !c.is_alphanumeric() && c != '.');
+            let most = numbers.filter_map(|number| number.parse::<u64>().ok()).max();
+            assert!(most < Some(1 << 31), "{} {name}: {most:?}", solver.key());
+        }
     }
 }

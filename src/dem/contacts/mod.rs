@@ -33,7 +33,8 @@ use super::law::{
     self, Approach, BookView, Kind, Parameters, Past, Response, Tally, Variant, respond, softness,
 };
 use super::planes;
-use super::state::Load;
+use super::setting::Setting;
+use super::state::{Ball, Load};
 use super::walls::Hit;
 use crate::model::History;
 use crate::num::Vec3;
@@ -404,28 +405,14 @@ fn approach<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
 ) {
     let Field { balls, spins, setting, yade, .. } = field;
     let own = &balls[pairs.block..];
-    let alike = L::splat(setting.alike.map_or(0.0, |(_, radius)| radius));
     let share = L::splat(setting.share);
     let slide_share = L::splat(setting.slide_share);
     let whole = pairs.first.len() / W;
     let (first, second) = (groups::<W, _>(pairs.first, whole), groups::<W, _>(pairs.second, whole));
     for group in 0..whole {
         let (at, me, them) = (within::<W>(group * W), &first[group], &second[group]);
-        let (ours, theirs) = (entries(own, me), entries(balls, them));
-        let mut rows = [L::row(&ZEROS); W];
-        for l in 0..W {
-            rows[l] = L::difference(L::row(ours[l].line()), L::row(theirs[l].line()));
-        }
-        let [x, y, z, _, u, v, w, _] = L::columns(rows);
-        let (mut between, mut velocity) = (Triple { x, y, z }, Triple { x: u, y: v, z: w });
-        if setting.needs.periodic {
-            between = nearest(between, &setting.edges);
-        }
-        let radii = if MIXED {
-            [L::load(&ours.map(|ball| ball.radius)), L::load(&theirs.map(|ball| ball.radius))]
-        } else {
-            [alike; 2]
-        };
+        let Relative { between, mut velocity, radii } =
+            relative::<W, L, MIXED>(setting, entries(own, me), entries(balls, them));
         let square = between.dot(between);
         let sum = radii[0] + radii[1];
         let near = if *yade { square.at_most(sum * sum) } else { square.below(sum * sum) };
@@ -457,6 +444,40 @@ fn approach<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
         scratch.velocity.set(at, velocity);
     }
     scratch.part::<W>(count, whole);
+}
+
+/// Pairs of spheres side by side.
+pub struct Relative<L> {
+    /// Way from the second centre to the first, m.
+    pub between: Triple<L>,
+    /// Velocity of the first relative to the second, m/s.
+    pub velocity: Triple<L>,
+    /// Radii, m.
+    pub radii: [L; 2],
+}
+
+/// The differences of `W` pairs; of `MIXED` sizes or all alike.
+#[inline(always)]
+pub fn relative<const W: usize, L: Wide<W>, const MIXED: bool>(
+    setting: &Setting<'_>,
+    ours: [&Ball; W],
+    theirs: [&Ball; W],
+) -> Relative<L> {
+    let mut rows = [L::row(&ZEROS); W];
+    for l in 0..W {
+        rows[l] = L::difference(L::row(ours[l].line()), L::row(theirs[l].line()));
+    }
+    let [x, y, z, _, u, v, w, _] = L::columns(rows);
+    let (mut between, velocity) = (Triple { x, y, z }, Triple { x: u, y: v, z: w });
+    if setting.needs.periodic {
+        between = nearest(between, &setting.edges);
+    }
+    let radii = if MIXED {
+        [L::load(&ours.map(|ball| ball.radius)), L::load(&theirs.map(|ball| ball.radius))]
+    } else {
+        [L::splat(setting.alike.map_or(0.0, |(_, radius)| radius)); 2]
+    };
+    Relative { between, velocity, radii }
 }
 
 /// Ways between spheres in a periodic box with these edges as those to the nearest images, m.
