@@ -11,6 +11,7 @@ use super::lanes::{Plain, Wide};
 use super::setting::Setting;
 use super::state::State;
 use super::turn;
+use crate::num::Vec3;
 
 /// First half of the step. True if the lists may miss a contact of the step.
 pub fn first_half(setting: &Setting<'_>, state: &mut State) -> bool {
@@ -18,21 +19,21 @@ pub fn first_half(setting: &Setting<'_>, state: &mut State) -> bool {
     let half = 0.5 * setting.step;
     let span = (state.step - state.built_at) as f64 + 0.5;
     let travel = setting.wall_travel(0.0, span * setting.step);
-    let room = (0.5 * state.skin).min(state.skin + state.sweep - travel) + state.sweep;
-    // A little less than 1/√3 of it.
-    let inside = drift_alone(setting, state, 0.577 * room);
+    let walls_far = travel > state.wall_leeway + state.sweep;
+    let inside = drift_alone(setting, state);
     drift_solids(setting, state);
     if inside && state.solids.is_empty() {
-        return room <= 0.0;
+        return walls_far;
     }
-    let square = room * room;
     // Contacts are looked for along the whole step, so both of its ends count.
-    let near = |way: &crate::num::Vec3| way.norm_squared() <= square;
-    let valid = state.balls.iter().zip(&state.built).all(|(ball, built)| {
+    let built = state.built.iter().zip(&state.leeway);
+    let valid = state.balls.iter().zip(built).all(|(ball, (built, leeway))| {
+        let room = f64::from(*leeway) + state.sweep;
+        let near = |way: &Vec3| way.norm_squared() <= room * room;
         let (way, reach) = (ball.place - built, ball.velocity * half);
         near(&(way + reach)) && near(&(way - reach))
     });
-    !valid || room <= 0.0
+    !valid || walls_far
 }
 
 /// Kick and second half of the step.
@@ -47,26 +48,27 @@ pub fn second_half(setting: &Setting<'_>, state: &mut State) {
 }
 
 /// Moves the balls that are bodies by themselves for half a step. True if they stay, half a
-/// step before and after, in a cube with edges of twice `edge` about where lists were built.
-fn drift_alone(setting: &Setting<'_>, state: &mut State, edge: f64) -> bool {
+/// step before and after, in a cube inside the ball of their leeway about where lists were built.
+fn drift_alone(setting: &Setting<'_>, state: &mut State) -> bool {
     #[cfg(target_arch = "x86_64")]
     if is_x86_feature_detected!("avx2") {
         #[target_feature(enable = "avx2")]
-        fn with_avx2(setting: &Setting<'_>, state: &mut State, edge: f64) -> bool {
-            drift_by::<Four>(setting, state, edge)
+        fn with_avx2(setting: &Setting<'_>, state: &mut State) -> bool {
+            drift_by::<Four>(setting, state)
         }
         // SAFETY: the processor has what the function asks for.
-        return unsafe { with_avx2(setting, state, edge) };
+        return unsafe { with_avx2(setting, state) };
     }
-    drift_by::<Plain>(setting, state, edge)
+    drift_by::<Plain>(setting, state)
 }
 
 /// [`drift_alone`], the three numbers of a vector side by side.
 #[inline(always)]
-fn drift_by<L: Wide<4>>(setting: &Setting<'_>, state: &mut State, edge: f64) -> bool {
-    let (half, edge) = (L::splat(0.5 * setting.step), L::splat(edge));
+fn drift_by<L: Wide<4>>(setting: &Setting<'_>, state: &mut State) -> bool {
+    let half = L::splat(0.5 * setting.step);
     let mut inside = L::all(true);
-    for (ball, built) in state.balls.iter_mut().zip(&state.built) {
+    let built = state.built.iter().zip(&state.leeway);
+    for (ball, (built, leeway)) in state.balls.iter_mut().zip(built) {
         if !ball.alone {
             continue;
         }
@@ -74,7 +76,9 @@ fn drift_by<L: Wide<4>>(setting: &Setting<'_>, state: &mut State, edge: f64) -> 
         let place = L::three(&ball.place) + reach;
         place.keep_three(&mut ball.place);
         let way = (place - L::three(built)).abs() + reach.abs();
-        inside = L::both(inside, way.at_most(edge));
+        // A little less than 1/√3 of it.
+        let edge = 0.577 * (f64::from(*leeway) + state.sweep);
+        inside = L::both(inside, way.at_most(L::splat(edge)));
     }
     L::bits(inside) == 0b1111
 }

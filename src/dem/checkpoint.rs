@@ -29,7 +29,8 @@ pub fn read(model: &Model, bytes: &[u8]) -> Result<State, DemError> {
     if print != fingerprint(model)? {
         return Err(fault("belongs to another scene (or another step, scheme or law)"));
     }
-    if state.balls.len() != model.spheres.len() || state.built.len() != model.spheres.len() {
+    let lengths = [state.balls.len(), state.built.len(), state.leeway.len()];
+    if lengths != [model.spheres.len(); 3] {
         return Err(fault("does not fit the scene"));
     }
     Ok(state)

@@ -6,7 +6,7 @@ use super::setting::Setting;
 use super::state::{Load, State};
 use super::{
     DemError, Observer, Summary, arrive, averaged_motion, bond, checkpoint, extra, guard, handover,
-    ledger, limit, lost, motion, neighbours, pushes, servo, skin, zeroing,
+    ledger, leeway, limit, lost, motion, neighbours, pushes, servo, zeroing,
 };
 use crate::model::{Cost, Model, Outcome, Scheme};
 use crate::num::{Job, Vec3, clock};
@@ -229,7 +229,7 @@ fn set_up_pass(setting: &mut Setting<'_>, state: &mut State, work: &mut Workspac
 
 /// Whether something besides motion asks for new lists.
 fn lists_are_old(setting: &Setting<'_>, state: &mut State) -> bool {
-    state.bonds.take_changed() | state.gone.take_changed() || skin::too_wide(setting, state)
+    state.bonds.take_changed() | state.gone.take_changed() || leeway::too_long(setting, state)
 }
 
 /// Whether velocities are looked at after step `step`: something is written, or the guard

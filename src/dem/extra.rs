@@ -124,7 +124,7 @@ impl Links {
         let model = setting.model;
         let count = model.spheres.len();
         let place = |number: usize| &state.balls[state.slot[number] as usize];
-        let margin = state.skin + 2.0 * state.sweep;
+        let margin = state.widest();
         let remembers = setting.needs.rolling || setting.needs.bridges;
         let old = std::mem::take(self);
         let cells = Cells::new(setting, state, margin);

@@ -1,5 +1,5 @@
 //! Hierarchical grid (Krijgsman, Ogarko & Luding 2014): a sphere lives in the
-//! finest level whose cell is not smaller than its diameter plus the skin;
+//! finest level whose cell is not smaller than its diameter plus twice the mean leeway;
 //! level l has cells of half the size of level l − 1. So a wide range of sizes costs no more
 //! than a narrow one. Slots are ordered by level (finest first) and cell, so
 //! that neighbours in space are neighbours in memory.
@@ -27,7 +27,7 @@ pub struct Level {
     size: [usize; 3],
     /// First slot of each cell, and one past the last.
     start: Vec<u32>,
-    /// Largest radius in the level.
+    /// Largest radius and leeway in the level together, m.
     pub reach: f64,
 }
 
@@ -42,7 +42,7 @@ pub struct Grid {
 }
 
 impl Level {
-    fn new(balls: &[Ball], members: &[u32], cell: f64) -> Self {
+    fn new(balls: &[Ball], leeway: &[f32], members: &[u32], cell: f64) -> Self {
         let (mut low, mut high) = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
         let mut reach = 0.0f64;
         for member in members {
@@ -51,7 +51,7 @@ impl Level {
                 low = low.inf(&ball.place);
                 high = high.sup(&ball.place);
             }
-            reach = reach.max(ball.radius);
+            reach = reach.max(ball.radius + f64::from(leeway[*member as usize]));
         }
         if low.x > high.x {
             (low, high) = (Vec3::zeros(), Vec3::zeros());
@@ -115,8 +115,10 @@ impl Level {
 }
 
 impl Grid {
-    /// Sorts the balls for lists with this skin, m; `order` decides between balls of one cell.
-    pub fn new(balls: &[Ball], order: &[u32], skin: f64) -> Self {
+    /// Sorts the balls with these leeways, m; `order` decides between balls of one cell.
+    pub fn new(balls: &[Ball], order: &[u32], leeway: &[f32]) -> Self {
+        let mean = leeway.iter().map(|l| f64::from(*l)).sum::<f64>() / balls.len().max(1) as f64;
+        let skin = 2.0 * mean;
         let largest = balls.iter().map(|ball| ball.radius).fold(0.0, f64::max);
         let top = 2.0 * largest + skin;
         let level_of = |ball: &Ball| {
@@ -133,13 +135,19 @@ impl Grid {
                 continue;
             }
             let cell = top / (1u64 << depth) as f64;
-            grid.add(balls, order, &members[depth], cell);
+            grid.add(balls, (order, leeway), &members[depth], cell);
         }
         grid
     }
 
-    fn add(&mut self, balls: &[Ball], order: &[u32], members: &[u32], cell: f64) {
-        let mut level = Level::new(balls, members, cell);
+    fn add(
+        &mut self,
+        balls: &[Ball],
+        (order, leeway): (&[u32], &[f32]),
+        members: &[u32],
+        cell: f64,
+    ) {
+        let mut level = Level::new(balls, leeway, members, cell);
         let mut sorted: Vec<(u64, u32)> = members
             .iter()
             .map(|slot| {

@@ -55,6 +55,7 @@ mod lanczos;
 mod lanes;
 mod law;
 mod ledger;
+mod leeway;
 pub mod limit;
 mod lost;
 mod motion;
@@ -67,7 +68,7 @@ mod rig;
 mod rolling;
 mod servo;
 mod setting;
-mod skin;
+
 mod state;
 mod surface;
 mod turn;
@@ -214,7 +215,7 @@ pub fn simulate(
 
 /// Gap up to which the first lists hold pairs of spheres, m.
 pub fn list_skin(model: &Model) -> f64 {
-    setting::skin(model)
+    setting::FIRST_SKIN * setting::median_radius(model)
 }
 
 /// Runs `model` from time 0 and keeps everything.

@@ -46,16 +46,14 @@ pub fn advance(
 ) -> bool {
     let step = setting.step;
     let kick = if setting.scheme == Scheme::Yade { step } else { 0.5 * step };
-    margin.follow(state);
+    margin.follow(setting, state, crew);
     state.step += 1;
-    let room = room(setting, state);
     let owed = owed && setting.scheme != Scheme::Yade;
-    let square = room * room;
-    let mut far = false;
+    let mut far = walls_are_far(setting, state);
     if state.solids.len() < setting.model.bodies.len() {
         let mixed = !state.solids.is_empty() || !setting.model.arrivals.is_empty();
-        let leap = Leap { kick, owed, mixed, pace: margin.pace, square };
-        far = move_alone(setting, state, crew, &leap, (margin, room));
+        let leap = Leap { kick, owed, mixed };
+        far |= move_alone(setting, state, crew, &leap, margin);
     }
     if owed {
         kick_solids(setting, state, kick);
@@ -71,31 +69,29 @@ pub fn advance(
         state.carry_members(setting, index);
         let body = &setting.model.bodies[state.solids[index].body as usize];
         let members = body.first_sphere..body.first_sphere + body.sphere_count;
-        far |= members
-            .map(|sphere| state.slot[sphere as usize] as usize)
-            .any(|slot| !within(&(state.balls[slot].place - state.built[slot]), square));
+        far |= members.map(|sphere| state.slot[sphere as usize] as usize).any(|slot| {
+            !within(&(state.balls[slot].place - state.built[slot]), state.leeway[slot])
+        });
     }
-    far || room <= 0.0
+    far
 }
 
-/// How far a sphere may move before the lists can miss a contact, m; 0 or less
-/// if walls alone have used up the skin.
-fn room(setting: &Setting<'_>, state: &State) -> f64 {
+/// Whether the walls have used up their leeway.
+fn walls_are_far(setting: &Setting<'_>, state: &State) -> bool {
     let time = |step: u64| step as f64 * setting.step;
-    let travel = setting.wall_travel(time(state.built_at), time(state.step));
-    (0.5 * state.skin).min(state.skin - travel)
+    setting.wall_travel(time(state.built_at), time(state.step)) > state.wall_leeway
 }
 
-/// How far balls can have gone since the lists were built, known from their speeds: so few steps look at
-/// where each ball was then.
+/// How long balls cannot have used up their leeway, known from their speeds: so few steps look at
+/// where each ball was when the lists were built.
 #[derive(Debug, Default)]
 pub struct Margin {
     /// Which lists.
     lists: u64,
-    /// No ball is farther from where it was, m.
-    gone: f64,
-    /// Farthest along each axis that a ball may go in a step to be counted without a look, m.
-    pace: f64,
+    /// Farthest along each axis that each ball may go in a step to be counted without a look, m.
+    pace: Vec<f32>,
+    /// Steps without a look that are left while no ball is faster.
+    left: u64,
 }
 
 impl Margin {
@@ -103,31 +99,59 @@ impl Margin {
     const ACROSS: f64 = 1.7321;
     /// How much faster than now balls may become until the next look.
     const FASTER: f64 = 1.5;
-    /// More than rounding makes of a way.
-    const ROUNDING: f64 = 1e-6;
+    /// Steps in which a ball at rest may use up its leeway without a look.
+    const SOON: f64 = 64.0;
+    /// A little less than 1, more than rounding makes of a way.
+    const ROUNDING: f64 = 1.0 - 1e-6;
 
-    /// Of new lists nothing is known but at the step they were built in.
-    fn follow(&mut self, state: &State) {
-        if self.lists != state.rebuilds {
+    /// Looks at the balls of new lists.
+    fn follow(&mut self, setting: &Setting<'_>, state: &State, crew: &Crew) {
+        if self.lists != state.rebuilds || self.pace.len() != state.balls.len() {
             self.lists = state.rebuilds;
-            self.gone = if state.step == state.built_at { 0.0 } else { f64::INFINITY };
+            self.pace.resize(state.balls.len(), 0.0);
+            self.look(setting, state, crew);
         }
     }
 
-    /// Counts a step in which no ball went farther than `pace`; false if then one can be out of its `room`, m.
-    fn allows(&mut self, room: f64) -> bool {
-        let ahead = self.gone + Self::ACROSS * self.pace;
-        let allows = ahead * (1.0 + Self::ROUNDING) <= room;
-        if allows {
-            self.gone = ahead;
-        }
-        allows
+    /// Looks how far balls are from where they were when the lists were built, and how fast; true if one has used up its
+    /// leeway.
+    fn look(&mut self, setting: &Setting<'_>, state: &State, crew: &Crew) -> bool {
+        let flocks = self.pace.chunks_mut(FLOCK).enumerate();
+        let mut flocks: Vec<_> = flocks.map(|(number, pace)| (number, pace, 0.0)).collect();
+        crew.share(&mut flocks, &mut vec![(); crew.size()], |(number, pace, left), ()| {
+            *left = look(setting, state, *number * FLOCK, pace);
+        });
+        let left = flocks.iter().map(|(.., left)| *left).fold(f64::INFINITY, f64::min);
+        // Saturating cast.
+        self.left = left as u64;
+        left < 0.0
     }
 }
 
+/// [`Margin::look`] at the balls from `first`: sets their paces; steps that are left, below 0 if one is too far.
+fn look(setting: &Setting<'_>, state: &State, first: usize, paces: &mut [f32]) -> f64 {
+    let mut left = f64::INFINITY;
+    for (at, pace) in paces.iter_mut().enumerate() {
+        let (ball, leeway) = (&state.balls[first + at], f64::from(state.leeway[first + at]));
+        if !ball.alone {
+            continue;
+        }
+        let way = ball.place - state.built[first + at];
+        let own = Margin::FASTER * setting.step * ball.velocity.amax();
+        *pace = own.max(leeway / (Margin::ACROSS * Margin::SOON)) as f32;
+        let ahead = Margin::ROUNDING * (leeway - way.norm()) / (Margin::ACROSS * f64::from(*pace));
+        // What is nowhere is too far.
+        left = if ahead >= 0.0 { ahead.min(left) } else { -1.0 };
+        if left < 0.0 {
+            break;
+        }
+    }
+    left
+}
+
 /// False for NaN as well.
-fn within(way: &Vec3, square: f64) -> bool {
-    way.norm_squared() <= square
+fn within(way: &Vec3, leeway: f32) -> bool {
+    way.norm_squared() <= f64::from(leeway).powi(2)
 }
 
 /// How balls that are bodies by themselves go on.
@@ -138,10 +162,6 @@ struct Leap {
     owed: bool,
     /// Whether there are balls that are not bodies by themselves, or not yet there.
     mixed: bool,
-    /// See [`Margin`], m.
-    pace: f64,
-    /// Square of the distance from the place of the last build that is allowed, m².
-    square: f64,
 }
 
 /// Some balls with what belongs to them.
@@ -152,21 +172,10 @@ struct Flock<'a> {
     loads: &'a [Load],
     /// Number of the first.
     first: usize,
-    built: &'a [Vec3],
-    /// Whether one was faster than the pace.
+    /// See [`Margin`], m.
+    pace: &'a [f32],
+    /// Whether one was faster than its pace.
     fast: bool,
-    seen: Seen,
-}
-
-/// What a look at a flock finds.
-#[derive(Debug, Default)]
-struct Seen {
-    /// Whether one went too far.
-    far: bool,
-    /// Square of the farthest way from where a ball was when the lists were built, m².
-    square: f64,
-    /// Largest component of a velocity, m/s.
-    speed: f64,
 }
 
 /// Spheres that a thread moves at a time.
@@ -178,7 +187,7 @@ fn move_alone(
     state: &mut State,
     crew: &Crew,
     leap: &Leap,
-    (margin, room): (&mut Margin, f64),
+    margin: &mut Margin,
 ) -> bool {
     // Without rotation no chunks: every flock gets none.
     let mut spins = state.spins.chunks_mut(FLOCK);
@@ -186,39 +195,22 @@ fn move_alone(
     let mut flocks: Vec<Flock<'_>> = state
         .balls
         .chunks_mut(FLOCK)
-        .zip(state.loads.chunks(FLOCK).zip(state.built.chunks(FLOCK)))
+        .zip(state.loads.chunks(FLOCK).zip(margin.pace.chunks(FLOCK)))
         .enumerate()
-        .map(|(number, (balls, (loads, built)))| {
+        .map(|(number, (balls, (loads, pace)))| {
             let spins = spins.next().unwrap_or_default();
             let first = number * FLOCK;
-            Flock { balls, spins, loads, first, built, fast: false, seen: Seen::default() }
+            Flock { balls, spins, loads, first, pace, fast: false }
         })
         .collect();
-    let nobody = &mut vec![(); crew.size()];
-    crew.share(&mut flocks, nobody, |flock, ()| {
+    crew.share(&mut flocks, &mut vec![(); crew.size()], |flock, ()| {
         flock.fast = !go(setting, lights, flock, leap);
     });
-    if flocks.iter().all(|flock| !flock.fast) && margin.allows(room) {
+    if margin.left > 0 && flocks.iter().all(|flock| !flock.fast) {
+        margin.left -= 1;
         return false;
     }
-    crew.share(&mut flocks, nobody, |flock, ()| flock.seen = look(flock, leap));
-    let most =
-        |of: fn(&Seen) -> f64| flocks.iter().map(|flock| of(&flock.seen)).fold(0.0, f64::max);
-    margin.gone = most(|seen| seen.square).sqrt();
-    margin.pace = Margin::FASTER * setting.step * most(|seen| seen.speed);
-    flocks.iter().any(|flock| flock.seen.far)
-}
-
-/// Looks where the balls of a flock are.
-fn look(flock: &Flock<'_>, leap: &Leap) -> Seen {
-    let mut seen = Seen::default();
-    for (ball, built) in flock.balls.iter().zip(flock.built).filter(|(ball, _)| ball.alone) {
-        let way = ball.place - built;
-        seen.far |= !within(&way, leap.square);
-        seen.square = seen.square.max(way.norm_squared());
-        seen.speed = seen.speed.max(ball.velocity.amax());
-    }
-    seen
+    margin.look(setting, state, crew)
 }
 
 /// [`go_by`] with the lanes that this processor has.
@@ -283,16 +275,17 @@ fn each<L: Wide<4>, const MIXED: bool, const OWED: bool>(
 ) -> bool {
     let (gravity, step, kick) =
         (L::three(&setting.gravity), L::splat(setting.step), L::splat(leap.kick));
-    let pace = L::splat(leap.pace);
     let kicked = |motion: &Vec3, gain: L| {
         let motion = if OWED { L::three(motion) + gain } else { L::three(motion) };
         motion + gain
     };
     let mut slow = L::all(true);
-    for (at, (ball, load)) in flock.balls.iter_mut().zip(flock.loads).enumerate() {
+    let loads = flock.loads.iter().zip(flock.pace);
+    for (at, (ball, (load, pace))) in flock.balls.iter_mut().zip(loads).enumerate() {
         if MIXED && !ball.alone {
             continue;
         }
+        let pace = L::splat(f64::from(*pace));
         let gain = (L::three(&load.force) * L::splat(light(at).mass) + gravity) * kick;
         let velocity = kicked(&ball.velocity, gain);
         let way = velocity * step;

@@ -2,11 +2,11 @@
 //! the lists are built again.
 //!
 //! Each sphere looks at its own level of the [grid](super::grid) and at all coarser ones. A pair is listed while its gap
-//! is below the skin s (see [`super::skin`]); lists are valid while no
-//! sphere moved more than s/2, and no sphere and wall together more than s.
+//! is below the sum of both leeways (see [`super::leeway`]), of two spheres or of a sphere and the walls; lists are
+//! valid while no sphere and no wall has gone farther than its leeway.
 //! Where contacts are looked for along the path of a step (`path_averaged`), the
 //! gap may be larger by twice the way w of half a step, and a sphere must be within
-//! s/2 + w of where it was at the build at both ends of the step.
+//! its leeway and w of where it was at the build at both ends of the step.
 //! In a periodic box bodies are brought home first, each sphere also looks from its images near
 //! the other side, and a pair is listed at its nearest image only.
 //! What contacts remember goes over to the new lists by the slots that spheres had before (see [`super::remembered`]).
@@ -19,7 +19,7 @@ use super::crew::Crew;
 use super::grid::Grid;
 use super::setting::Setting;
 use super::state::{Ball, List, Load, State};
-use super::{remembered, skin, surface};
+use super::{leeway, remembered, surface};
 use crate::geometry::Cell;
 use crate::model::Scheme;
 use crate::num::Vec3;
@@ -32,7 +32,7 @@ const STRETCH: usize = 512;
 pub fn rebuild(setting: &Setting<'_>, state: &mut State, crew: &Crew) {
     let time = setting.pass_time(state.step);
     if state.rebuilds > 0 {
-        state.skin = skin::next(setting, state);
+        leeway::renew(setting, state);
     }
     if let Some(cell) = &setting.model.periodic {
         bring_home(setting, state, cell);
@@ -44,7 +44,7 @@ pub fn rebuild(setting: &Setting<'_>, state: &mut State, crew: &Crew) {
     if setting.scheme != Scheme::PathAveraged {
         state.loads = Vec::new();
     }
-    let grid = Grid::new(&state.balls, &state.order, state.skin);
+    let grid = Grid::new(&state.balls, &state.order, &state.leeway);
     permute(state, &grid);
     let old = [&mut state.pairs, &mut state.planes, &mut state.faces].map(std::mem::take);
     let [pairs_before, planes_before, faces_before] = old.map(List::touching);
@@ -63,6 +63,22 @@ pub fn rebuild(setting: &Setting<'_>, state: &mut State, crew: &Crew) {
     state.built = state.balls.iter().map(|ball| ball.place).collect();
     state.built_at = state.step;
     state.rebuilds += 1;
+    if std::env::var_os("LAB").is_some() {
+        let touching = state.pairs.book.touching.iter().filter(|t| **t).count();
+        let mean = state.leeway.iter().map(|l| f64::from(*l)).sum::<f64>()
+            / spheres as f64
+            / setting.median_radius;
+        eprintln!(
+            "step {} mean {:.4} r widest {:.4} walls {:.4} pairs {:.3} touching {:.3} faces {:.3}",
+            state.step,
+            mean,
+            state.widest() / setting.median_radius,
+            state.wall_leeway / setting.median_radius,
+            state.pairs.partner.len() as f64 / spheres as f64,
+            touching as f64 / spheres as f64,
+            state.faces.partner.len() as f64 / spheres as f64
+        );
+    }
 }
 
 /// Moves bodies whose centre of mass has left a periodic box to their image in it.
@@ -118,6 +134,7 @@ fn permute(state: &mut State, grid: &Grid) {
     if state.light.0.len() > 1 {
         pick(&mut state.light.0, &grid.from);
     }
+    pick(&mut state.leeway, &grid.from);
     pick(&mut state.order, &grid.from);
     for (slot, number) in state.order.iter().enumerate() {
         state.slot[*number as usize] = slot as u32;
@@ -135,10 +152,10 @@ struct Stretch {
 /// Where the pairs of each sphere begin, and their second spheres.
 fn pairs(setting: &Setting<'_>, state: &State, grid: &Grid, crew: &Crew) -> (Vec<u32>, Vec<u32>) {
     let count = state.balls.len();
-    let skin = state.skin + 2.0 * state.sweep;
+    let widest = state.widest();
     let images =
-        setting.model.periodic.map(|cell| (cell, reach_of_images(&state.balls, &cell, skin)));
-    let search = Search { setting, state, grid, skin, images };
+        setting.model.periodic.map(|cell| (cell, reach_of_images(&state.balls, &cell, widest)));
+    let search = Search { setting, state, grid, widest, images };
     // One stretch on one thread: nothing is there twice.
     let size = if crew.size() > 1 { STRETCH } else { count.max(1) };
     let stretch = |from: usize| {
@@ -170,29 +187,48 @@ struct Search<'a> {
     setting: &'a Setting<'a>,
     state: &'a State,
     grid: &'a Grid,
-    /// Gap below which a pair is listed, m.
-    skin: f64,
+    /// Largest gap below which a pair may be listed, m.
+    widest: f64,
     /// In a periodic box, and how far outside it images are looked for, m.
     images: Option<(Cell, f64)>,
 }
 
 impl Search<'_> {
+    /// Radius and leeway of a sphere, m, and what the path of a step needs besides.
+    fn own_reach(&self, slot: usize) -> f64 {
+        let state = self.state;
+        state.balls[slot].radius + f64::from(state.leeway[slot]) + 2.0 * state.sweep
+    }
+
+    /// Whether a pair whose centres are so far apart (m, squared) is to be listed.
+    #[inline(always)]
+    fn near(&self, slot: usize, other: usize, square: f64) -> bool {
+        let state = self.state;
+        let sum = state.balls[slot].radius + state.balls[other].radius;
+        let most = sum + self.widest;
+        // Most candidates are farther than any leeway reaches, which need not be read then.
+        square < most * most && {
+            let leeways = f64::from(state.leeway[slot]) + f64::from(state.leeway[other]);
+            let range = sum + leeways + 2.0 * state.sweep;
+            square < range * range
+        }
+    }
+
     /// Adds the partners of the sphere in `slot`.
     fn partners(&self, slot: usize, partner: &mut Vec<u32>) {
-        let Self { setting, state, grid, skin, images } = self;
+        let Self { setting, state, grid, images, .. } = self;
         let (balls, ball) = (&state.balls, &state.balls[slot]);
         let bonded = |other: usize| {
             setting.needs.bonds
                 && state.bonds.holds(&setting.bonds, state.order[slot], state.order[other])
         };
         for level in &grid.levels[grid.level[slot] as usize..] {
-            let reach = Vec3::repeat(ball.radius + level.reach + skin);
+            let reach = Vec3::repeat(self.own_reach(slot) + level.reach);
             level.runs(&(ball.place - reach), &(ball.place + reach), |from, to| {
                 for other in from.max(slot as u32 + 1)..to {
                     let there = &balls[other as usize];
-                    let range = ball.radius + there.radius + skin;
                     let between = ball.place - there.place;
-                    let near = between.norm_squared() < range * range
+                    let near = self.near(slot, other as usize, between.norm_squared())
                         && (images.is_none() || setting.shift(&between) == Vec3::zeros());
                     if near && ball.body != there.body && !bonded(other as usize) {
                         partner.push(other);
@@ -208,11 +244,11 @@ impl Search<'_> {
     /// Adds the partners of the image of a sphere that lies `way` from it. A pair is met at its nearest image only, so
     /// none is listed twice.
     fn partners_of_image(&self, slot: usize, way: Vec3, partner: &mut Vec<u32>) {
-        let Self { setting, state, grid, skin, .. } = self;
+        let Self { setting, state, grid, .. } = self;
         let (balls, ball) = (&state.balls, &state.balls[slot]);
         let image = ball.place + way;
         for level in &grid.levels[grid.level[slot] as usize..] {
-            let reach = Vec3::repeat(ball.radius + level.reach + skin);
+            let reach = Vec3::repeat(self.own_reach(slot) + level.reach);
             let (low, high) = (image - reach, image + reach);
             if !level.meets(&low, &high) {
                 continue;
@@ -220,8 +256,8 @@ impl Search<'_> {
             level.runs(&low, &high, |from, to| {
                 for other in from.max(slot as u32 + 1)..to {
                     let there = &balls[other as usize];
-                    let range = ball.radius + there.radius + skin;
-                    let near = (image - there.place).norm_squared() < range * range;
+                    let square = (image - there.place).norm_squared();
+                    let near = self.near(slot, other as usize, square);
                     let nearest = || setting.shift(&(ball.place - there.place)) == way;
                     if near && nearest() && ball.body != there.body {
                         partner.push(other);
@@ -233,7 +269,7 @@ impl Search<'_> {
 }
 
 /// How far outside the box an image can lie that a sphere may touch, m.
-fn reach_of_images(balls: &[Ball], cell: &Cell, skin: f64) -> f64 {
+fn reach_of_images(balls: &[Ball], cell: &Cell, widest: f64) -> f64 {
     let largest = balls.iter().map(|ball| ball.radius).fold(0.0, f64::max);
     let sticking_out = balls.iter().map(|ball| cell.home(&ball.place)).zip(balls);
     let farthest = sticking_out
@@ -244,17 +280,17 @@ fn reach_of_images(balls: &[Ball], cell: &Cell, skin: f64) -> f64 {
         })
         .fold(0.0, f64::max);
     // Bodies that are nowhere are for the guard.
-    let reach = 2.0 * largest + skin + farthest;
+    let reach = 2.0 * largest + widest + farthest;
     if reach.is_finite() { reach.min(cell.bounds.size().max()) } else { 0.0 }
 }
 
 fn planes(setting: &Setting<'_>, state: &State, time: f64) -> (Vec<u32>, Vec<u32>) {
     let now = setting.planes_at(time);
-    let skin = state.skin + 2.0 * state.sweep;
-    listed(state, |ball, found| {
+    listed(state, |slot, ball, found| {
+        let range = ball.radius + at_walls(state, slot);
         for (index, plane) in now.iter().enumerate() {
             let distance = (ball.place - plane.point).dot(&plane.normal).abs();
-            if distance < ball.radius + skin {
+            if distance < range {
                 found.push(index as u32);
             }
         }
@@ -269,10 +305,9 @@ fn faces(setting: &Setting<'_>, state: &State, time: f64) -> (Vec<u32>, Vec<u32>
     let mut now = Vec::new();
     faces_at(setting, time, &mut now);
     let largest = state.balls.iter().map(|ball| ball.radius).fold(0.0, f64::max);
-    let skin = state.skin + 2.0 * state.sweep;
-    let bins = Bins::new(&now, 2.0 * largest + skin, count + state.balls.len());
-    listed(state, |ball, found| {
-        let range = ball.radius + skin;
+    let bins = Bins::new(&now, 2.0 * largest + state.widest(), count + state.balls.len());
+    listed(state, |slot, ball, found| {
+        let range = ball.radius + at_walls(state, slot);
         bins.near(&ball.place, range, found);
         found.retain(|face| {
             let (point, _) = surface::closest(&ball.place, &now[*face as usize]);
@@ -300,13 +335,18 @@ pub fn faces_at(setting: &Setting<'_>, time: f64, faces: &mut Vec<[Vec3; 3]>) {
 }
 
 /// A list of what `find` finds for each ball: where its entries begin, and all of them.
-fn listed(state: &State, find: impl Fn(&Ball, &mut Vec<u32>)) -> (Vec<u32>, Vec<u32>) {
+/// Gap below which a sphere and a wall are listed, m.
+fn at_walls(state: &State, slot: usize) -> f64 {
+    f64::from(state.leeway[slot]) + state.wall_leeway + 2.0 * state.sweep
+}
+
+fn listed(state: &State, find: impl Fn(usize, &Ball, &mut Vec<u32>)) -> (Vec<u32>, Vec<u32>) {
     let mut start = Vec::with_capacity(state.balls.len() + 1);
     let (mut partner, mut found) = (Vec::new(), Vec::new());
     start.push(0);
-    for ball in &state.balls {
+    for (slot, ball) in state.balls.iter().enumerate() {
         found.clear();
-        find(ball, &mut found);
+        find(slot, ball, &mut found);
         partner.extend_from_slice(&found);
         start.push(partner.len() as u32);
     }
@@ -317,6 +357,7 @@ fn listed(state: &State, find: impl Fn(&Ball, &mut Vec<u32>)) -> (Vec<u32>, Vec<
 mod tests {
     use super::*;
     use crate::dem::grid::join;
+    use crate::dem::setting::FIRST_SKIN;
     use crate::dem::test_scenes;
 
     #[test]
@@ -340,7 +381,7 @@ mod tests {
                 let gap = (model.bodies[a].position - model.bodies[b].position).norm()
                     - first.radius
                     - second.radius;
-                if gap < setting.skin {
+                if gap < FIRST_SKIN * setting.median_radius {
                     expected.push(join(a as u32, b as u32));
                 }
             }

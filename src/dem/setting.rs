@@ -33,8 +33,8 @@ pub struct Setting<'a> {
     pub gravity: Vec3,
     /// Time step, s.
     pub step: f64,
-    /// Distance added to the range of the first candidate lists, m.
-    pub skin: f64,
+    /// Median radius of the spheres, m.
+    pub median_radius: f64,
     /// Arrays that contacts keep.
     pub kept: Kept,
     /// Edges of a periodic box, infinite along other axes, m.
@@ -101,7 +101,7 @@ impl<'a> Setting<'a> {
                 Dimension::Three => model.gravity,
             },
             step: plan.step,
-            skin: skin(model),
+            median_radius: median_radius(model),
             kept: Kept {
                 friction: needs.friction,
                 damping: needs.normal_damping || needs.tangential_damping,
@@ -295,13 +295,11 @@ pub fn wall_spin(motion: &Motion) -> Vec3 {
     }
 }
 
-/// Skin of the first lists over the median radius: flat optimum for beds (0.05) and flows (0.2).
+/// Gap up to which the first lists hold pairs over the median radius: flat optimum for beds (0.05) and flows (0.2).
 pub const FIRST_SKIN: f64 = 0.15;
-/// Largest skin over the median radius.
-pub const MOST_SKIN: f64 = 0.3;
 
-/// Skin of the first lists, m.
-pub fn skin(model: &Model) -> f64 {
+/// Median radius of the spheres, m; 0 without spheres.
+pub fn median_radius(model: &Model) -> f64 {
     let radii: Vec<f64> = model.spheres.iter().map(|sphere| sphere.radius).collect();
-    FIRST_SKIN * crate::num::statistics::median(&radii).unwrap_or(0.0)
+    crate::num::statistics::median(&radii).unwrap_or(0.0)
 }

@@ -6,9 +6,10 @@ use super::extra::Links;
 use super::lanes::Line;
 use super::law::Book;
 use super::ledger::Ledger;
+use super::leeway;
 use super::lost::Leavers;
 use super::servo::Servo;
-use super::setting::Setting;
+use super::setting::{FIRST_SKIN, Setting};
 use super::turn;
 use crate::model::{Body, BodyState, Frame, Scheme};
 use crate::num::{Rotation, Vec3};
@@ -179,8 +180,10 @@ pub struct State {
     pub built_at: u64,
     /// Times the lists were built.
     pub rebuilds: u64,
-    /// Distance that the range of the lists is longer than contact, m.
-    pub skin: f64,
+    /// How far each ball may go before lists are built again, m: see [`super::leeway`].
+    pub leeway: Vec<f32>,
+    /// The same of walls, m.
+    pub wall_leeway: f64,
     /// How far spheres and walls went in half a step when the lists were built, m;
     /// 0 where only the places of a force pass matter.
     pub sweep: f64,
@@ -203,6 +206,7 @@ impl State {
     pub fn new(setting: &Setting<'_>) -> Self {
         let model = setting.model;
         let count = model.spheres.len();
+        let first = 0.5 * FIRST_SKIN * setting.median_radius;
         let mut state = Self {
             step: 0,
             balls: Vec::with_capacity(count),
@@ -218,7 +222,8 @@ impl State {
             built: Vec::new(),
             built_at: 0,
             rebuilds: 0,
-            skin: setting.skin,
+            leeway: vec![leeway::single(first); count],
+            wall_leeway: first,
             sweep: 0.0,
             gone: Leavers::default(),
             come: 0,
@@ -287,6 +292,12 @@ impl State {
             solid.momentum = turn::momentum(&solid.turn, inertia, &solid.spin);
             self.carry_members(setting, index);
         }
+    }
+
+    /// Largest gap at which a pair is in the lists, m.
+    pub fn widest(&self) -> f64 {
+        let most = self.leeway.iter().copied().fold(0.0, f32::max);
+        2.0 * (f64::from(most) + self.sweep)
     }
 
     /// Moves the balls of a solid with it.

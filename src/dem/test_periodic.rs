@@ -1,7 +1,7 @@
 //! Periodic boxes: where the box is cut must not matter.
 
 use super::neighbours;
-use super::setting::Setting;
+use super::setting::{FIRST_SKIN, Setting};
 use super::state::State;
 use super::test_scenes::*;
 use super::*;
@@ -195,7 +195,7 @@ fn lists_hold_every_near_pair_once_across_the_sides() {
         for (a, first) in model.spheres.iter().enumerate() {
             for (b, second) in model.spheres.iter().enumerate().skip(a + 1) {
                 let way = cell.way(&(model.bodies[a].position - model.bodies[b].position));
-                if way.norm() - first.radius - second.radius < setting.skin {
+                if way.norm() - first.radius - second.radius < FIRST_SKIN * setting.median_radius {
                     expected.push((a as u32, b as u32));
                 }
             }

@@ -338,7 +338,7 @@ fn memory_stays_below_400_bytes_a_sphere() {
         + state.loads.capacity() * size_of::<crate::dem::state::Load>()
         + state.light.0.capacity() * size_of::<crate::dem::state::Lightness>()
         + (state.spins.capacity() + state.built.capacity()) * 24
-        + (state.order.capacity() + state.slot.capacity()) * 4;
+        + (state.order.capacity() + state.slot.capacity() + state.leeway.capacity()) * 4;
     let lists = list(&state.pairs) + list(&state.planes) + list(&state.faces);
     // Scratch of two threads for one of at most 64 blocks each: in large scenes a byte a sphere and thread.
     let fixed = 2 * (30_000 + 64 * 1200);

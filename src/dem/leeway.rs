@@ -1,0 +1,86 @@
+//! How far each sphere may go before the lists are built again: its leeway. Follows how far it went
+//! since they were built last, so that few fast spheres do not make the lists of all others long. O(N);
+//! cannot fail.
+//!
+//! Where a sphere goes v a step (its way since the last build over the steps since then), its leeway is
+//! n (1.3 v + v̄) for lists that are to last n steps; v̄, the mean, lets slow ones get faster. A pair in the
+//! lists costs 0.2 t a step, of the time t that a step takes for a sphere, and where leeways are l there are 10 l/r
+//! more pairs a sphere (r the median radius; measured in beds); a build costs 15 t. With the mean leeway
+//! l = 2.3 n v̄ the sum of both a step, 2 l/r + 15/n, is least at n = √(7.5 r/(2.3 v̄)).
+
+use super::setting::Setting;
+use super::state::State;
+
+/// Steps between two looks whether the lists are too long.
+const LOOK: u64 = 100;
+/// Largest and least leeway over the median radius.
+const BOUNDS: [f64; 2] = [0.3, 0.005];
+/// What leeways hold of the own pace and of the mean.
+const SHARES: [f64; 2] = [1.3, 1.0];
+/// Most steps that lists are made for: those of a scene at rest.
+const MOST: f64 = 10_000.0;
+
+/// Leeways of the lists that are about to be built.
+pub fn renew(setting: &Setting<'_>, state: &mut State) {
+    let Paces { mean, most, steps } = paces(setting, state);
+    let radius = setting.median_radius;
+    let steps = steps.min(BOUNDS[0] * radius / (SHARES[0] * most + SHARES[1] * mean));
+    let lasted = lasted(state);
+    for ((ball, built), leeway) in state.balls.iter().zip(&state.built).zip(&mut state.leeway) {
+        let pace = (ball.place - built).norm() / lasted;
+        let wanted = steps * (SHARES[0] * pace + SHARES[1] * mean);
+        // What is nowhere gets the least, and is for the guard.
+        *leeway = single(wanted.max(BOUNDS[1] * radius).min(BOUNDS[0] * radius));
+    }
+    state.wall_leeway = setting.wall_travel(0.0, steps * setting.step);
+}
+
+/// A leeway in the precision in which it is kept.
+pub fn single(leeway: f64) -> f32 {
+    leeway.min(f64::from(f32::MAX)) as f32
+}
+
+/// Whether lists that are still valid hold so many pairs too many that building them pays: looked at
+/// every [`LOOK`] steps. Leeways l cost 2 l/r a step; the best leeways b cost twice that with their builds, and
+/// the build now 15 t, which must come in again within as many steps as the lists have lasted.
+pub fn too_long(setting: &Setting<'_>, state: &State) -> bool {
+    let lasted = state.step - state.built_at;
+    if lasted == 0 || !lasted.is_multiple_of(LOOK) {
+        return false;
+    }
+    let radius = setting.median_radius;
+    let now = state.leeway.iter().map(|leeway| f64::from(*leeway)).sum::<f64>()
+        / state.leeway.len().max(1) as f64;
+    let Paces { mean, steps, .. } = paces(setting, state);
+    let best = (steps * (SHARES[0] + SHARES[1]) * mean).max(BOUNDS[1] * radius);
+    now > 2.0 * best + 7.5 * radius / lasted as f64
+}
+
+/// How fast spheres and walls went since the last build, m a step, and how many steps new lists are best
+/// made for.
+struct Paces {
+    mean: f64,
+    most: f64,
+    steps: f64,
+}
+
+fn paces(setting: &Setting<'_>, state: &State) -> Paces {
+    let lasted = lasted(state);
+    let (mut sum, mut most) = (0.0, 0.0f64);
+    for (ball, built) in state.balls.iter().zip(&state.built) {
+        let pace = (ball.place - built).norm() / lasted;
+        if pace.is_finite() {
+            sum += pace;
+            most = most.max(pace);
+        }
+    }
+    let mean = sum / state.balls.len().max(1) as f64;
+    let walls = setting.wall_travel(0.0, setting.step);
+    let each = ((SHARES[0] + SHARES[1]) * mean).max(0.5 * walls);
+    let steps = (7.5 * setting.median_radius / each).sqrt();
+    Paces { mean, most: most.max(walls), steps: steps.min(MOST) }
+}
+
+fn lasted(state: &State) -> f64 {
+    (state.step - state.built_at).max(1) as f64
+}
