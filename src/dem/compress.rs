@@ -350,7 +350,7 @@ mod tests {
             until: Until::Stress(crate::num::units::Pressure(50.0)),
             friction: 1.0,
             tolerance: 0.1,
-            balance: 0.02,
+            balance: 0.005,
             steps: 60_000,
             ..Compression::default()
         };

@@ -84,3 +84,71 @@ fn paces(setting: &Setting<'_>, state: &State) -> Paces {
 fn lasted(state: &State) -> f64 {
     (state.step - state.built_at).max(1) as f64
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dem::crew::Crew;
+    use crate::dem::motion::{self, Margin};
+    use crate::dem::neighbours;
+    use crate::dem::test_scenes::{RADIUS, add_sphere, contact, empty};
+    use crate::model::{Model, Scheme};
+    use crate::num::Vec3;
+    use crate::num::random::{self, RngExt};
+
+    /// Spheres at random places, most of them slow, that fly through each other.
+    fn gas(count: usize) -> Model {
+        let mut model = empty(Scheme::Leapfrog, contact(0.0, 0.0, 0.0, 0.0));
+        model.plan.step = 1e-4;
+        let mut source = random::stream(7, "leeway", 0);
+        for _ in 0..count {
+            let place = Vec3::from_fn(|_, _| random::uniform(&mut source, -0.05, 0.05));
+            let way = Vec3::from_fn(|_, _| random::uniform(&mut source, -1.0, 1.0));
+            let speed = 10f64.powf(-3.0 + 4.0 * source.random::<f64>().powi(3));
+            add_sphere(&mut model, place, RADIUS, way * speed, Vec3::zeros());
+        }
+        model
+    }
+
+    #[test]
+    fn lists_hold_all_that_touches_and_slow_spheres_have_short_ones() {
+        let model = gas(150);
+        let setting = Setting::new(&model);
+        let mut state = State::new(&setting);
+        let (crew, mut margin) = (Crew::new(1), Margin::default());
+        neighbours::rebuild(&setting, &mut state, &crew);
+        for _ in 0..400 {
+            if motion::advance(&setting, &mut state, (&crew, &mut margin), false) {
+                neighbours::rebuild(&setting, &mut state, &crew);
+            }
+            for (slot, ball) in state.balls.iter().enumerate() {
+                let listed = state.pairs.start[slot] as usize..state.pairs.start[slot + 1] as usize;
+                let listed = &state.pairs.partner[listed];
+                for (other, there) in state.balls.iter().enumerate().skip(slot + 1) {
+                    let touch = (ball.place - there.place).norm() < ball.radius + there.radius;
+                    assert!(!touch || listed.contains(&(other as u32)), "step {}", state.step);
+                }
+            }
+        }
+        assert!((5..200).contains(&state.rebuilds), "{}", state.rebuilds);
+        let mut leeways = state.leeway.clone();
+        leeways.sort_by(f32::total_cmp);
+        assert!(leeways[149] > 5.0 * leeways[75], "{leeways:?}");
+    }
+
+    #[test]
+    fn lists_of_a_scene_at_rest_get_as_short_as_they_may_be() {
+        let mut model = gas(20);
+        model.bodies.iter_mut().for_each(|body| body.velocity = Vec3::zeros());
+        let setting = Setting::new(&model);
+        let mut state = State::new(&setting);
+        neighbours::rebuild(&setting, &mut state, &Crew::new(1));
+        state.step = LOOK;
+        assert!(!too_long(&setting, &state));
+        state.step = 2 * LOOK;
+        assert!(too_long(&setting, &state));
+        neighbours::rebuild(&setting, &mut state, &Crew::new(1));
+        assert!(state.leeway.iter().all(|leeway| *leeway == single(BOUNDS[1] * RADIUS)));
+        assert!(!too_long(&setting, &state));
+    }
+}

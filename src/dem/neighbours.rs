@@ -63,22 +63,6 @@ pub fn rebuild(setting: &Setting<'_>, state: &mut State, crew: &Crew) {
     state.built = state.balls.iter().map(|ball| ball.place).collect();
     state.built_at = state.step;
     state.rebuilds += 1;
-    if std::env::var_os("LAB").is_some() {
-        let touching = state.pairs.book.touching.iter().filter(|t| **t).count();
-        let mean = state.leeway.iter().map(|l| f64::from(*l)).sum::<f64>()
-            / spheres as f64
-            / setting.median_radius;
-        eprintln!(
-            "step {} mean {:.4} r widest {:.4} walls {:.4} pairs {:.3} touching {:.3} faces {:.3}",
-            state.step,
-            mean,
-            state.widest() / setting.median_radius,
-            state.wall_leeway / setting.median_radius,
-            state.pairs.partner.len() as f64 / spheres as f64,
-            touching as f64 / spheres as f64,
-            state.faces.partner.len() as f64 / spheres as f64
-        );
-    }
 }
 
 /// Moves bodies whose centre of mass has left a periodic box to their image in it.
