@@ -119,7 +119,10 @@ pub fn simulate(
         outcome,
         touches: ledger::touches(&setting, &state),
         breaks: state.bonds.broken.clone(),
-        springs: handover::springs(&setting, &state),
+        springs: match observer.wants_springs() {
+            true => handover::springs(&setting, &state),
+            false => Vec::new(),
+        },
         cost: Cost {
             cpu_seconds: clock::since(cpu, begun),
             wall_seconds: begun.elapsed().as_secs_f64(),

@@ -1,6 +1,6 @@
 //! Stops a run that can no longer be trusted, in words that say what to do.
 //!
-//! After each step in which lists were built (a body cannot go farther than half the skin
+//! After each step in which lists were built (a body cannot go farther than its leeway
 //! between two builds), and every [`EVERY`] steps:
 //! - numbers that are not finite, bodies outside the domain (unless [`super::lost`] is for them), bodies that move too large a
 //!   part of a radius in a step (and may pass through walls and each other);

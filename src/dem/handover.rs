@@ -14,7 +14,9 @@ use std::collections::BTreeMap;
 
 /// The springs of all contacts that have one, by sphere and partner.
 pub fn springs(setting: &Setting<'_>, state: &State) -> Vec<Spring> {
-    let mut all = Vec::new();
+    let lists = [&state.pairs, &state.planes, &state.faces];
+    let springs = lists.iter().flat_map(|list| &list.book.spring);
+    let mut all = Vec::with_capacity(springs.filter(|spring| **spring != Vec3::zeros()).count());
     let mut put = |list: &List, partner: &dyn Fn(usize) -> Partner| {
         visit(list, |slot, other, k| {
             let stretch = list.book.record(k).spring;
@@ -26,7 +28,7 @@ pub fn springs(setting: &Setting<'_>, state: &State) -> Vec<Spring> {
     put(&state.pairs, &|other| Partner::Sphere(state.order[other]));
     put(&state.planes, &|plane| Partner::Plane(setting.planes[plane]));
     put(&state.faces, &|face| face_of(setting, face));
-    all.sort_by_key(|spring| (spring.sphere, spring.other));
+    all.sort_unstable_by_key(|spring| (spring.sphere, spring.other));
     all
 }
 

@@ -135,6 +135,10 @@ pub trait Observer {
     fn wants_frames(&self) -> bool {
         true
     }
+    /// Whether tangential springs are wanted at the end. Finding them takes 90 bytes a sphere of a bed.
+    fn wants_springs(&self) -> bool {
+        true
+    }
     /// A row of the series that is due.
     fn row(&mut self, row: &SeriesRow);
     /// A checkpoint that is due, or the last state of a cancelled run; feed it to [`simulate`] to go on from there.
@@ -156,7 +160,7 @@ pub struct Summary {
     pub touches: Vec<Touch>,
     /// Bonds that broke, in the order of time.
     pub breaks: Vec<Break>,
-    /// Tangential springs of contacts at the end; empty with bonds, whose contacts keep their own.
+    /// Tangential springs of contacts at the end, if they are wanted; empty with bonds, whose contacts keep their own.
     pub springs: Vec<Spring>,
     /// Time and memory.
     pub cost: Cost,
@@ -364,7 +368,7 @@ pub const METHODS: &[MethodEntry] = &[
     MethodEntry {
         key: "neighbours",
         id: "D11",
-        summary: "always: cells one sphere wide with about 0.7 spheres each (those of 5 to 20 that PFC uses are slower here), lists with a skin made anew when a body has moved too far, history kept; `riprap check` says how many",
+        summary: "always: cells one sphere wide with about 0.7 spheres each (those of 5 to 20 that PFC uses are slower here), lists in which each body has a leeway of its own, made anew when one has used it up, history kept; `riprap check` says how many",
         source: "cell space and CTOL: PFC (Itasca)",
         example: "",
     },
