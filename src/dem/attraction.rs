@@ -162,6 +162,20 @@ pub fn stiffness(forces: &PairForces, first: f64, second: f64) -> f64 {
     sum
 }
 
+/// dF/dh at this gap, N/m, by a difference over a thousandth of the shortest length of the laws.
+pub fn slope(forces: &PairForces, between: &Between, bridged: bool) -> f64 {
+    let range = match forces.cohesion {
+        Some(Cohesion::Linear { range, .. }) => range.0,
+        _ => f64::INFINITY,
+    };
+    let rupture = forces.bridge.map_or(f64::INFINITY, |law| law.rupture());
+    let least = forces.van_der_waals.map_or(f64::INFINITY, |law| law.least_gap.0);
+    let decay = forces.born_mayer.map_or(f64::INFINITY, |law| law.decay.0);
+    let step = 1e-3 * between.first.min(range).min(rupture).min(least).min(decay);
+    let push = |gap: f64| total(forces, &between.at(gap), bridged).push;
+    (push(between.gap + step) - push(between.gap - step)) / (2.0 * step)
+}
+
 fn cohesion(law: &Cohesion, b: &Between) -> Central {
     let gap = b.gap;
     let steady = |pull: f64| match gap {

@@ -277,6 +277,7 @@ impl State {
         let model = setting.model;
         (self.step, self.built_at, self.rebuilds) = (0, 0, 0);
         self.ledger = Ledger::default();
+        self.links.outdate();
         for (sphere, &slot) in model.spheres.iter().zip(&self.slot) {
             self.balls[slot as usize].radius = sphere.radius;
         }

@@ -106,7 +106,7 @@ pub enum Rolling {
     },
 }
 
-/// Liquid bridge of constant volume between two spheres, or a sphere and a plane.
+/// Liquid bridge of constant volume between two spheres, or a sphere and a wall.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Bridge {
@@ -273,6 +273,18 @@ impl PairForces {
             || self.born_mayer.is_some()
             || self.lennard_jones.is_some()
             || matches!(self.cohesion, Some(Cohesion::Linear { .. }))
+    }
+
+    /// Those that act on a sphere and a wall that do not touch: all but Lennard-Jones, which walls do not have.
+    pub fn at_a_distance(&self) -> Self {
+        let cohesion = self.cohesion.filter(|law| matches!(law, Cohesion::Linear { .. }));
+        Self { cohesion, rolling: None, lennard_jones: None, ..*self }
+    }
+
+    /// Those that act in contact only.
+    pub fn in_contact(&self) -> Self {
+        let cohesion = self.cohesion.filter(|law| !matches!(law, Cohesion::Linear { .. }));
+        Self { cohesion, rolling: self.rolling, ..Self::default() }
     }
 
     /// Checks every law that is given.
