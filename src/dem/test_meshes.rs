@@ -129,9 +129,11 @@ fn two_triangles_pull_as_a_plane_does_while_they_are_crossed_and_touched() {
                 finish(&model)
             };
             let (mesh, plane) = (path(true), path(false));
+            // A wall that answers to the force answers to its rounding.
+            let rounding = if matches!(motion, Motion::Servo { .. }) { 1e-6 } else { 1e-9 };
             for (one, other) in mesh.frames.iter().zip(&plane.frames) {
                 let off = (one.centres[0] - other.centres[0]).norm() / RADIUS;
-                assert!(off < 1e-9, "{scheme:?} {motion:?} {forces:?} {} {off:e}", one.step);
+                assert!(off < rounding, "{scheme:?} {motion:?} {forces:?} {} {off:e}", one.step);
             }
             assert!(mesh.frames.iter().any(|frame| frame.velocities[0].z > 0.1));
             for (one, other) in mesh.series.iter().zip(&plane.series) {
@@ -145,7 +147,7 @@ fn two_triangles_pull_as_a_plane_does_while_they_are_crossed_and_touched() {
             assert!(least > 0.0);
             if forces.bridge.is_some() {
                 let end = mesh.series.last().expect("a row");
-                assert!(end.wetting < 0.0 && end.attraction == 0.0, "formed and broken: {end:?}");
+                assert!(end.wetting > 0.0 && end.attraction == 0.0, "formed and broken: {end:?}");
             }
         }
     }
@@ -297,10 +299,10 @@ fn a_bridge_forms_on_each_side_of_a_corner_at_its_own_touch() {
     (model.plan.step, model.plan.steps, model.plan.series_every) = (1e-5, 2500, 1);
     let run = finish(&model);
     let whole = run.series[0].attraction;
-    let at = |gap: f64| run.series.iter().find(|row| row.wetting < gap * whole.abs());
-    let touched = at(-0.5).expect("the wall is touched");
+    let formed = run.series.iter().find(|row| row.wetting > 0.5 * whole.abs());
+    let touched = formed.expect("the wall is touched");
     assert!((touched.attraction / whole - 2.0).abs() < 0.02, "{touched:?}");
-    assert!((touched.wetting / whole - 1.0).abs() < 0.02, "{touched:?}");
+    assert!((touched.wetting / whole + 1.0).abs() < 0.02, "{touched:?}");
     let end = run.series.last().expect("a row");
     assert!((end.attraction / whole - 1.0).abs() < 0.02, "the second has broken: {end:?}");
     for row in &run.series {
@@ -374,7 +376,9 @@ fn drum(radius: f64, half: f64, sides: u32) -> Mesh {
 /// Wet grains with friction and dashpots in a drum; enough for two threads if `many`.
 fn wet_drum(scheme: Scheme, many: bool) -> Model {
     let mut model = empty(scheme, contact(0.3 * KN, 6.0, 2.0, 0.4));
-    model.extra = Extra::uniform(1, bridge());
+    // Bridges hold two and a half grains.
+    let strong = bridge().bridge.map(|law| Bridge { surface_tension: SurfaceTension(2.0), ..law });
+    model.extra = Extra::uniform(1, PairForces { bridge: strong, ..Default::default() });
     model.gravity = Vec3::z() * -9.81;
     let (across, along) = if many { (9, 11) } else { (2, 1) };
     let space = 2.06 * RADIUS;
@@ -384,7 +388,9 @@ fn wet_drum(scheme: Scheme, many: bool) -> Model {
             for k in -across..across / 3 {
                 let place = Vec3::new(f64::from(i), f64::from(j), f64::from(k)) * space;
                 if place.x.hypot(place.z) < radius - 1.05 * RADIUS {
-                    add_sphere(&mut model, place, RADIUS, Vec3::x() * 0.2, Vec3::zeros());
+                    // Neighbours meet.
+                    let velocity = Vec3::x() * if (i + j + k) % 2 == 0 { 0.2 } else { -0.2 };
+                    add_sphere(&mut model, place, RADIUS, velocity, Vec3::zeros());
                 }
             }
         }
@@ -403,12 +409,11 @@ fn the_ledger_closes_in_a_wet_drum() {
         (model.plan.steps, model.plan.series_every) = (15_000, 500);
         let run = finish(&model);
         let end = run.series.last().expect("a row");
-        assert!(end.attraction < 0.0 && end.wetting < end.attraction, "{end:?}");
-        // Grains that fall by a tenth of the drum, and what bridges hold.
-        let fallen = end.gravitational.abs() + end.wall_work.abs();
+        // What bridges hold and have freed is more than what may be missing.
+        let missing = 0.005 * (end.gravitational.abs() + end.wall_work.abs());
+        assert!(end.attraction < -missing && end.wetting > 2.0 * missing, "{end:?} {missing}");
         for row in &run.series {
-            assert!(row.energy_error.abs() < 2e-2 * fallen, "{scheme:?} {row:?}");
-            assert!(row.energy_error.abs() < 0.2 * end.attraction.abs(), "{scheme:?} {row:?}");
+            assert!(row.energy_error.abs() < missing, "{scheme:?} {row:?}");
         }
     }
 }
@@ -445,7 +450,7 @@ fn threads_and_checkpoints_change_no_bit_of_a_wet_drum() {
     };
     let (one, two) = (go(1, None), go(2, None));
     assert!(one.frames == two.frames && one.rows == two.rows);
-    assert!(one.rows.last().is_some_and(|row| row.wetting < 0.0));
+    assert!(one.rows.last().is_some_and(|row| row.wetting > 0.0));
     let again = go(2, Some(&one.checkpoints[0]));
     assert!(one.frames.last() == again.frames.last() && one.rows.last() == again.rows.last());
 }
@@ -486,10 +491,10 @@ fn a_turned_mesh_pulls_as_one_that_stands_so() {
         Motion::Rotate { origin: Vec3::zeros(), axis: axis.normalize(), rate: axis.norm() };
     add_mesh(&mut model, turned, motion);
     model.bodies[0].position = inner;
+    // One step of one second on.
+    model.plan.step = 1.0;
     let setting = setting::Setting::new(&model);
     let mut state = crate::dem::state::State::new(&setting);
-    // One step of one second on.
-    let setting = setting::Setting { step: 1.0, ..setting };
     state.step = 1;
     let mut work = forces::Workspace::new(1, 1);
     neighbours::rebuild(&setting, &mut state, &crate::dem::crew::Crew::new(1));
