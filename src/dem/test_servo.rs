@@ -182,7 +182,7 @@ fn a_lid_on_wet_grains_reaches_the_force_that_was_asked_for() {
         let run = finish(&model);
         assert!((noted(&run) / asked - 1.0).abs() < 1e-4, "{mesh} {:?}", run.notes);
         let end = run.series.last().expect("a row");
-        assert!(end.kinetic < 1e-4 * end.wall_work && end.wetting > 0.0, "{mesh} {end:?}");
+        assert!(end.kinetic < 1e-3 * end.wall_work && end.wetting > 0.0, "{mesh} {end:?}");
         for row in &run.series {
             assert!(row.energy_error.abs() < 0.03 * end.wall_work, "{mesh} {row:?}");
         }
