@@ -361,6 +361,11 @@ impl Bridge {
         (1.0 + 0.5 * self.angle.0) * self.volume.0.cbrt()
     }
 
+    /// Whether a bridge breaks at this gap, m: [`Bridge::rupture`] without its root.
+    pub fn breaks(&self, gap: f64) -> bool {
+        (gap / (1.0 + 0.5 * self.angle.0)).powi(3) >= self.volume.0
+    }
+
     fn validate(&self) -> Result<(), Fault> {
         Fault::positive("surface_tension", self.surface_tension.0)?;
         Fault::positive("volume", self.volume.0)?;

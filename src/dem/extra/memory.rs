@@ -45,7 +45,7 @@ pub fn wet(
         if rule.interval > 0.0 {
             tally.wetting -= attraction::total(&alone, between, true).energy;
         }
-    } else if between.gap >= bridge.rupture() {
+    } else if bridge.breaks(between.gap) {
         memory.bridged = false;
     }
     memory.bridged

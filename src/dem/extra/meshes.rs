@@ -13,7 +13,7 @@
 
 use super::Effect;
 use super::complex::Complex;
-use crate::dem::attraction::{self, Between, Central};
+use crate::dem::attraction::{self, Between};
 use crate::dem::bins::Bins;
 use crate::dem::law::Rule;
 use crate::dem::setting::Setting;
@@ -88,16 +88,21 @@ impl<'a> Near<'a> {
         }
     }
 
-    fn central(&self, complex: &Complex) -> Central {
+    /// Force, N, positive when pushing away.
+    fn push(&self, complex: &Complex) -> f64 {
         let bridged = self.liquid[1] == Liquid::Wet;
-        let one = attraction::total(self.forces, &self.between, bridged);
-        let weight = complex.weight(self.cell);
-        Central { push: weight * one.push, energy: weight * one.energy }
+        complex.weight(self.cell) * attraction::push(self.forces, &self.between, bridged)
+    }
+
+    /// Potential energy, J.
+    fn energy(&self, complex: &Complex) -> f64 {
+        let bridged = self.liquid[1] == Liquid::Wet;
+        complex.weight(self.cell) * attraction::total(self.forces, &self.between, bridged).energy
     }
 
     /// Whether a bridge would reach that far.
     fn within(&self) -> bool {
-        self.forces.bridge.is_some_and(|law| self.between.gap < law.rupture())
+        self.forces.bridge.is_some_and(|law| !law.breaks(self.between.gap))
     }
 
     /// Potential energy of a bridge, J.
@@ -198,7 +203,7 @@ impl Shores {
 pub fn energy(setting: &Setting<'_>, state: &State, shores: &Shores, time: f64) -> f64 {
     let mut energy = 0.0;
     shores.each(setting, state, time, |_, near| {
-        energy += near.iter().map(|n| n.central(&setting.extra.complex).energy).sum::<f64>();
+        energy += near.iter().map(|n| n.energy(&setting.extra.complex)).sum::<f64>();
     });
     energy
 }
@@ -220,7 +225,7 @@ pub fn pass(
             after.extend(near.iter().map(|n| n.liquid[1]));
         }
         for n in near.iter() {
-            let push = n.central(complex).push;
+            let push = n.push(complex);
             if push == 0.0 {
                 continue;
             }
@@ -250,18 +255,20 @@ fn wet(complex: &Complex, near: &mut [Near<'_>]) -> f64 {
     }
     // What has just come within reach is wetted without a jump.
     spread(complex, near, |n| n.liquid[0] == Liquid::Away);
-    let energy = |near: &[Near<'_>]| -> f64 {
-        let wet = near.iter().filter(|n| n.liquid[1] == Liquid::Wet);
-        wet.map(|n| n.bridge(complex)).sum()
-    };
-    let before = energy(near);
-    let mut touches = false;
-    for n in near.iter_mut().filter(|n| n.between.gap <= 0.0 && complex.is_triangle(n.cell)) {
-        touches |= n.liquid[1] != Liquid::Wet;
-        n.liquid[1] = Liquid::Wet;
+    let (mut touches, mut energy) = (false, 0.0);
+    for n in near.iter_mut() {
+        // Wet by going on, and by what follows.
+        n.liquid[0] = n.liquid[1];
+        if n.between.gap <= 0.0 && n.liquid[1] == Liquid::Dry && complex.is_triangle(n.cell) {
+            (n.liquid[1], touches) = (Liquid::Wet, true);
+        }
     }
-    let joins = spread(complex, near, |_| true);
-    if touches || joins { before - energy(near) } else { 0.0 }
+    if spread(complex, near, |_| true) || touches {
+        for n in near.iter().filter(|n| n.liquid[0] != n.liquid[1]) {
+            energy += n.bridge(complex);
+        }
+    }
+    -energy
 }
 
 /// Spreads liquid from wet triangles over near edges and corners to triangles that `may` be wetted; edges and corners

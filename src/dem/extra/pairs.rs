@@ -68,7 +68,7 @@ impl Partners {
         for (k, number, other) in self.all() {
             let pair = Pair::of(setting, state, number, other);
             let bridged = self.memory.get(k).is_some_and(|memory| memory.bridged);
-            energy += pair.central(setting, number, other, bridged).energy;
+            energy += pair.energy(setting, (number, other), bridged);
         }
         (energy, self.memory.iter().map(|memory| memory.elastic).sum())
     }
@@ -169,23 +169,26 @@ impl Pair {
         }
     }
 
-    fn central(
-        &self,
-        setting: &Setting<'_>,
-        number: usize,
-        other: usize,
-        bridged: bool,
-    ) -> Central {
-        let mut sum = attraction::total(&self.forces, &self.between, bridged);
-        if let Some(charges) = &setting.model.extra.charges {
-            let product = setting.extra.charge[number] * setting.extra.charge[other];
-            if product != 0.0 {
-                let (cutoff, cut) = (charges.field.cutoff.0, charges.field.cut);
-                let scaled = product / charges.field.permittivity;
-                sum += attraction::coulomb(scaled, self.distance, cutoff, cut);
-            }
+    /// Force, N, positive when pushing apart.
+    fn push(&self, setting: &Setting<'_>, charges: (usize, usize), bridged: bool) -> f64 {
+        attraction::push(&self.forces, &self.between, bridged) + self.coulomb(setting, charges).push
+    }
+
+    /// Potential energy, J.
+    fn energy(&self, setting: &Setting<'_>, charges: (usize, usize), bridged: bool) -> f64 {
+        attraction::total(&self.forces, &self.between, bridged).energy
+            + self.coulomb(setting, charges).energy
+    }
+
+    /// Between the charges of two spheres.
+    fn coulomb(&self, setting: &Setting<'_>, (number, other): (usize, usize)) -> Central {
+        let Some(charges) = &setting.model.extra.charges else { return Central::default() };
+        let product = setting.extra.charge[number] * setting.extra.charge[other];
+        if product == 0.0 {
+            return Central::default();
         }
-        sum
+        let (cutoff, cut) = (charges.field.cutoff.0, charges.field.cut);
+        attraction::coulomb(product / charges.field.permittivity, self.distance, cutoff, cut)
     }
 }
 
@@ -210,7 +213,7 @@ pub fn pass(
                 Some(memory) => wet(memory, &pair.forces, &pair.between, touches, rule, tally),
                 None => false,
             };
-            let force = pair.normal * pair.central(setting, number, other, bridged).push;
+            let force = pair.normal * pair.push(setting, (number, other), bridged);
             loads[slot].force += force;
             loads[there].force -= force;
             let (Some(law), Some(memory)) = (&pair.forces.rolling, links.memory.get_mut(k)) else {

@@ -140,7 +140,7 @@ pub fn pass(
             }
             None => false,
         };
-        let push = attraction::total(&spot.forces, &spot.between, bridged).push;
+        let push = attraction::push(&spot.forces, &spot.between, bridged);
         let slope = || attraction::slope(&spot.forces, &spot.between, bridged);
         effect.at_wall(
             setting,
