@@ -310,6 +310,35 @@ fn a_bridge_forms_on_each_side_of_a_corner_at_its_own_touch() {
     }
 }
 
+#[test]
+fn liquid_gets_across_a_hollow_edge_and_what_it_frees_is_counted() {
+    // Along the left of a fold that rises by 40 degrees: the edge comes within reach before the right side is touched.
+    let rise = 40f64.to_radians();
+    let law = bridge().bridge.expect("a bridge");
+    let error = |step: f64| {
+        let place = Vec3::new(-8e-3, 0.001, RADIUS - 1e-9);
+        let mut model = one(Scheme::Leapfrog, bridge(), place, Vec3::new(0.1, 0.0, 0.0));
+        add_sheet(&mut model, 2, 0.05, 0.0, -rise.tan(), Motion::Still);
+        (model.plan.step, model.plan.steps) = (step, (0.06 / step) as u64);
+        model.plan.series_every = 1;
+        let run = finish(&model);
+        let whole = -run.series[0].attraction;
+        let joined = run.series.iter().position(|row| row.wetting > 0.0).expect("it joins");
+        // Across the edge, before the touch: the edge is just within reach.
+        let (before, after) = (&run.series[joined - 1], &run.series[joined]);
+        assert_eq!((before.contacts, after.contacts), (1, 1));
+        let x = place.x + 0.1 * after.time;
+        let reach = RADIUS + law.rupture();
+        assert!((x.hypot(RADIUS) / reach - 1.0).abs() < 1e-3, "{x}");
+        let gained = before.attraction - after.attraction;
+        assert!((gained / after.wetting - 1.0).abs() < 1e-2, "{gained} {}", after.wetting);
+        let worst = run.series.iter().map(|row| row.energy_error.abs()).fold(0.0, f64::max);
+        worst / whole
+    };
+    let (coarse, fine) = (error(1e-5), error(1e-6));
+    assert!(coarse < 2e-2 && fine < coarse / 4.0, "{coarse:e} {fine:e}");
+}
+
 /// A box that turns about y, with spheres that cling and bounce in it.
 fn tumbler(scheme: Scheme, forces: PairForces) -> Model {
     let mut model = empty(scheme, contact(0.0, 0.0, 0.0, 0.0));

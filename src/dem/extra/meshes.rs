@@ -4,9 +4,9 @@
 //! The force of a cell goes along the way to its nearest point, as at a plane that far away. Liquid wets a
 //! mesh triangle by triangle: what a sphere touches, and what hangs together with it over edges and corners nearer than
 //! where a bridge breaks; it dries where the sphere is farther away than that. So a bridge goes with its
-//! sphere over any edge, and in a hollow joint it wets the other side too, on touch or when it gets across the edge;
-//! what that frees is counted as where bridges form. Potentials of bridges end at 0 where they break, so wetting what comes
-//! within reach changes no energy.
+//! sphere over any edge, and in a hollow joint it wets the other side too, on touch or when it gets across
+//! the edge; what that frees is counted as where bridges form. Potentials of bridges end at 0 where they
+//! break, so wetting what comes within reach changes no energy.
 //!
 //! O(cells + spheres) to build, with those near each sphere; O(near cells + points of moving
 //! meshes) a pass; 5 bytes a near cell. Cannot fail.

@@ -71,11 +71,14 @@ fn each_wall(setting: &Setting<'_>, state: &State, time: f64, mut visit: impl Fn
         let ball = &state.balls[slot];
         found.clear();
         for k in state.faces.start[slot] as usize..state.faces.start[slot + 1] as usize {
+            if !state.faces.book.touching[k] {
+                continue;
+            }
             let face = state.faces.partner[k] as usize;
             let index = setting.surfaces.wall[face] as usize;
             let wall = &model.walls[index];
             let forces = model.extra.between(ball.material, wall.material).in_contact();
-            if forces.is_empty() || !state.faces.book.touching[k] {
+            if forces.is_empty() {
                 continue;
             }
             let corners = neighbours::face_at(setting, face, time);
