@@ -86,6 +86,21 @@ impl Between {
 
 /// Sum of all laws of a pair that act at this gap; `bridged` says whether a liquid bridge is there.
 pub fn total(forces: &PairForces, between: &Between, bridged: bool) -> Central {
+    sum(forces, between, bridged, bridge)
+}
+
+/// The force of [`total`] alone, N: the energy of a bridge costs more than its force.
+pub fn push(forces: &PairForces, between: &Between, bridged: bool) -> f64 {
+    let bare = |law: &Bridge, b: &Between| Central { push: bridge_push(law, b), energy: 0.0 };
+    sum(forces, between, bridged, bare).push
+}
+
+fn sum(
+    forces: &PairForces,
+    between: &Between,
+    bridged: bool,
+    bridge: impl Fn(&Bridge, &Between) -> Central,
+) -> Central {
     let mut sum = Central::default();
     if let Some(law) = &forces.cohesion {
         sum += cohesion(law, between);
@@ -162,6 +177,20 @@ pub fn stiffness(forces: &PairForces, first: f64, second: f64) -> f64 {
     sum
 }
 
+/// dF/dh at this gap, N/m, by a difference over a thousandth of the shortest length of the laws.
+pub fn slope(forces: &PairForces, between: &Between, bridged: bool) -> f64 {
+    let range = match forces.cohesion {
+        Some(Cohesion::Linear { range, .. }) => range.0,
+        _ => f64::INFINITY,
+    };
+    let rupture = forces.bridge.map_or(f64::INFINITY, |law| law.rupture());
+    let least = forces.van_der_waals.map_or(f64::INFINITY, |law| law.least_gap.0);
+    let decay = forces.born_mayer.map_or(f64::INFINITY, |law| law.decay.0);
+    let step = 1e-3 * between.first.min(range).min(rupture).min(least).min(decay);
+    let at = |gap: f64| push(forces, &between.at(gap), bridged);
+    (at(between.gap + step) - at(between.gap - step)) / (2.0 * step)
+}
+
 fn cohesion(law: &Cohesion, b: &Between) -> Central {
     let gap = b.gap;
     let steady = |pull: f64| match gap {
@@ -207,21 +236,33 @@ fn sjkr(density: f64, b: &Between) -> Central {
     Central { push: -density * area, energy: density * (whole(r) - whole(sum)) }
 }
 
-fn bridge(law: &Bridge, b: &Between) -> Central {
+/// Force at contact, N, and s over the gap, 1/m.
+fn bridge_scales(law: &Bridge, b: &Between) -> (f64, f64) {
     let (radius, volume) = (2.0 * b.reduced(), law.volume.0);
     let most = 2.0 * PI * radius * law.surface_tension.0 * law.angle.0.cos();
-    let scale = 0.5 * (radius / volume).sqrt();
+    (most, 0.5 * (radius / volume).sqrt())
+}
+
+fn bridge_push(law: &Bridge, b: &Between) -> f64 {
+    if law.breaks(b.gap) {
+        return 0.0;
+    }
+    let (most, scale) = bridge_scales(law, b);
+    let s = b.gap.max(0.0) * scale;
+    -most / (1.0 + 2.1 * s + 10.0 * s * s)
+}
+
+fn bridge(law: &Bridge, b: &Between) -> Central {
+    if law.breaks(b.gap) {
+        return Central::default();
+    }
+    let (most, scale) = bridge_scales(law, b);
     // ∫ ds/(1 + 2.1 s + 10 s²).
     let root = (40.0f64 - 2.1 * 2.1).sqrt();
     let whole = |s: f64| 2.0 / root * ((20.0 * s + 2.1) / root).atan();
-    let end = whole(law.rupture() * scale);
-    if b.gap >= law.rupture() {
-        return Central::default();
-    }
-    let s = b.gap.max(0.0) * scale;
-    let push = -most / (1.0 + 2.1 * s + 10.0 * s * s);
+    let (s, end) = (b.gap.max(0.0) * scale, whole(law.rupture() * scale));
     let energy = -most / scale * (end - whole(s)) + most * b.gap.min(0.0);
-    Central { push, energy }
+    Central { push: bridge_push(law, b), energy }
 }
 
 fn van_der_waals(law: &VanDerWaals, b: &Between) -> Central {

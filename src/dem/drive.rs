@@ -295,9 +295,13 @@ pub(super) fn force_pass(
         bare_slip: setting.scheme == Scheme::Lammps,
     };
     let mut tally = evaluate(setting, state, work, &rule);
-    let turned = if setting.needs.servo_walls { servo::respond(setting, state) } else { 0.0 };
     tally += bond::pass(setting, state, &rule, first);
-    tally += extra::pass(setting, state, &rule);
+    let (extra, attraction) = extra::pass(setting, state, &rule);
+    tally += extra;
+    let turned = match setting.needs.servo_walls {
+        true => servo::respond(setting, state, &attraction),
+        false => 0.0,
+    };
     tally.drag_power = extra::drag(setting, state, first);
     if setting.planar {
         for Load { force, torque } in &mut state.loads {

@@ -94,6 +94,8 @@ mod test_law;
 #[cfg(test)]
 mod test_lost;
 #[cfg(test)]
+mod test_meshes;
+#[cfg(test)]
 mod test_network;
 #[cfg(test)]
 // Digits as the reference tables have them.
@@ -445,7 +447,7 @@ pub const METHODS: &[MethodEntry] = &[
     MethodEntry {
         key: "van_der_waals",
         id: "D7",
-        summary: "attraction of solid spheres and planes, exact in the gap, with a least gap and a cut-off",
+        summary: "attraction of solid spheres and walls, exact in the gap, with a least gap and a cut-off",
         source: "Hamaker 1937",
         example: r#"contact = { kn = "10 kN/m", van_der_waals = { hamaker = "100 zJ", least_gap = "1 nm", cutoff = "100 nm" } }"#,
     },
@@ -555,12 +557,6 @@ fn usable(model: &Model) -> Result<(), DemError> {
     }
     periodic(model)?;
     bonds_usable(model)?;
-    let needs = model.needs();
-    if needs.servo_walls && (needs.cohesion || needs.bridges || needs.molecular) {
-        return fault(
-            "a servo wall counts the springs of its contacts: not with cohesion, bridges or molecular forces".to_owned(),
-        );
-    }
     if let Some(problem) = extra::problem(model) {
         return fault(problem);
     }

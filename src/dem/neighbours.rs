@@ -192,8 +192,7 @@ impl Search<'_> {
         let most = sum + self.widest;
         // Most candidates are farther than any leeway reaches, which need not be read then.
         square < most * most && {
-            let leeways = f64::from(state.leeway[slot]) + f64::from(state.leeway[other]);
-            let range = sum + leeways + 2.0 * state.sweep;
+            let range = sum + state.margin_of(slot, other);
             square < range * range
         }
     }
@@ -271,7 +270,7 @@ fn reach_of_images(balls: &[Ball], cell: &Cell, widest: f64) -> f64 {
 fn planes(setting: &Setting<'_>, state: &State, time: f64) -> (Vec<u32>, Vec<u32>) {
     let now = setting.planes_at(time);
     listed(state, |slot, ball, found| {
-        let range = ball.radius + at_walls(state, slot);
+        let range = ball.radius + state.margin_at_walls(slot);
         for (index, plane) in now.iter().enumerate() {
             let distance = (ball.place - plane.point).dot(&plane.normal).abs();
             if distance < range {
@@ -291,7 +290,7 @@ fn faces(setting: &Setting<'_>, state: &State, time: f64) -> (Vec<u32>, Vec<u32>
     let largest = state.balls.iter().map(|ball| ball.radius).fold(0.0, f64::max);
     let bins = Bins::new(&now, 2.0 * largest + state.widest(), count + state.balls.len());
     listed(state, |slot, ball, found| {
-        let range = ball.radius + at_walls(state, slot);
+        let range = ball.radius + state.margin_at_walls(slot);
         bins.near(&ball.place, range, found);
         found.retain(|face| {
             let (point, _) = surface::closest(&ball.place, &now[*face as usize]);
@@ -319,11 +318,6 @@ pub fn faces_at(setting: &Setting<'_>, time: f64, faces: &mut Vec<[Vec3; 3]>) {
 }
 
 /// A list of what `find` finds for each ball: where its entries begin, and all of them.
-/// Gap below which a sphere and a wall are listed, m.
-fn at_walls(state: &State, slot: usize) -> f64 {
-    f64::from(state.leeway[slot]) + state.wall_leeway + 2.0 * state.sweep
-}
-
 fn listed(state: &State, find: impl Fn(usize, &Ball, &mut Vec<u32>)) -> (Vec<u32>, Vec<u32>) {
     let mut start = Vec::with_capacity(state.balls.len() + 1);
     let (mut partner, mut found) = (Vec::new(), Vec::new());

@@ -2,10 +2,12 @@
 //!
 //! A servo wall moves along a unit vector d with the velocity
 //!     v = α (F₀ − F) / (K Δt), at most ±v₀,
-//! F the force of the springs of its contacts on the bodies along d, F₀ the force asked for,
-//! K = Σ (kn (n·d)² + kt (1 − (n·d)²)) over its contacts with normals n (kt with friction only),
+//! F the force of the wall on the bodies along d, of the springs of its contacts and of attraction and
+//! whatever else acts at a distance (wet grains that are pressed pull the wall towards them), F₀ the force asked for,
+//! K = Σ (kn (n·d)² + kt (1 − (n·d)²)) over its contacts with normals n (kt with friction only)
+//! plus Σ |F'| (n·d)² over the forces F of attraction, which change by F' with the gap,
 //! α = 1/2: one step closes half of the gap if nothing else gives way (the gain of PFC's wall
-//! servo; Itasca Consulting Group, PFC documentation, `wall servo`). Without contacts v = v₀.
+//! servo; Itasca Consulting Group, PFC documentation, `wall servo`). Where nothing acts v = v₀.
 //! It starts at rest; its travel is the sum of v Δt. In `path_averaged` the travel is that at the
 //! middle of a step. O(wall contacts) a step, scenes without a servo do not run it. Cannot fail.
 //!
@@ -15,6 +17,8 @@
 //! damps at every frequency but that of z = −1, where it is 2/(2 − α) = 4/3 of that of a still wall:
 //! what bounds the step with still walls does so with servo walls if their contacts are taken
 //! 4/3 as stiff (for many spheres by the Cauchy–Schwarz inequality in the norm of the contacts).
+//! Attraction falls off with the gap, F' > 0 where springs have −kn, so that F changes with the wall by less
+//! than K and the gain is at most α; the step limit counts |F'| as stiffness (see [`super::extra`]).
 //! Dashpots must stay out of F: a wall that answers to them swings by α c/(kn Δt) a step, without
 //! bound where that is above 1, which it is at usual steps.
 //!
@@ -43,7 +47,7 @@ pub struct Servo {
     pub travel: f64,
     /// Its velocity along it, m/s.
     pub speed: f64,
-    /// Force of its springs on the bodies along it in the last pass, N.
+    /// Force of its springs and of attraction on the bodies along it in the last pass, N.
     pub force: f64,
 }
 
@@ -112,6 +116,15 @@ impl WallNow {
     }
 }
 
+/// What attraction and other forces besides the linear contact do along the direction of a wall.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Attraction {
+    /// Force on the bodies, N.
+    pub force: f64,
+    /// How it changes with the place of the wall, at most, N/m.
+    pub stiffness: f64,
+}
+
 /// What the contacts of a wall do along its direction.
 #[derive(Debug, Clone, Copy, Default)]
 struct Sum {
@@ -144,18 +157,22 @@ impl Sum {
     }
 }
 
-/// Chooses the velocities of servo walls from the forces of the last pass. What the change adds
-/// to the power on the bodies, W.
-pub fn respond(setting: &Setting<'_>, state: &mut State) -> f64 {
+/// Chooses the velocities of servo walls from the forces of the last pass, those of attraction given wall by wall
+/// (none if nothing attracts). What the change adds to the power on the bodies, W.
+pub fn respond(setting: &Setting<'_>, state: &mut State, attraction: &[Attraction]) -> f64 {
     let sums = sums(setting, state);
     let mut power = 0.0;
-    for ((wall, servo), sum) in setting.model.walls.iter().zip(&mut state.servos).zip(sums) {
+    let walls = setting.model.walls.iter().zip(&mut state.servos).zip(sums);
+    for (index, ((wall, servo), sum)) in walls.enumerate() {
         if let Motion::Servo { force: asked, speed, .. } = wall.motion {
-            let wanted = GAIN * (asked - sum.springs) / (sum.stiffness * setting.step);
-            // No contact: stiffness 0, infinite; 0/0 only where no force is asked for.
+            let besides = attraction.get(index).copied().unwrap_or_default();
+            let force = sum.springs + besides.force;
+            let stiffness = sum.stiffness + besides.stiffness;
+            let wanted = GAIN * (asked - force) / (stiffness * setting.step);
+            // Nothing acts: stiffness 0, infinite; 0/0 only where no force is asked for.
             let chosen = if wanted.is_nan() { 0.0 } else { wanted.clamp(-speed, speed) };
-            power += (sum.springs + sum.dashpots) * (chosen - servo.speed);
-            (servo.speed, servo.force) = (chosen, sum.springs);
+            power += (force + sum.dashpots) * (chosen - servo.speed);
+            (servo.speed, servo.force) = (chosen, force);
         }
     }
     power

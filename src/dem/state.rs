@@ -282,6 +282,7 @@ impl State {
         let model = setting.model;
         (self.step, self.built_at, self.rebuilds) = (0, 0, 0);
         self.ledger = Ledger::default();
+        self.links.outdate();
         for (sphere, &slot) in model.spheres.iter().zip(&self.slot) {
             self.balls[slot as usize].radius = sphere.radius;
         }
@@ -298,6 +299,17 @@ impl State {
     pub fn widest(&self) -> f64 {
         let most = self.leeway.iter().copied().fold(0.0, f32::max);
         2.0 * (f64::from(most) + self.sweep)
+    }
+
+    /// Gap below which the balls of two slots are in the lists, m.
+    #[inline(always)]
+    pub fn margin_of(&self, slot: usize, other: usize) -> f64 {
+        f64::from(self.leeway[slot]) + f64::from(self.leeway[other]) + 2.0 * self.sweep
+    }
+
+    /// Gap below which a ball and a wall are in the lists, m.
+    pub fn margin_at_walls(&self, slot: usize) -> f64 {
+        f64::from(self.leeway[slot]) + self.wall_leeway + 2.0 * self.sweep
     }
 
     /// Moves the balls of a solid with it.

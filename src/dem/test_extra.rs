@@ -415,9 +415,6 @@ fn what_cannot_be_computed_is_refused_in_words() {
         Err(DemError::Unusable(text)) => text,
         other => panic!("{other:?}"),
     };
-    let mut model = mixed(Scheme::Leapfrog, Dimension::Three, false, true, 1);
-    model.extra = with(PairForces { bridge: Some(bridge(1e-9)), ..Default::default() });
-    assert!(refused(&model).contains("is a mesh"));
     let mut model = mixed(Scheme::Leapfrog, Dimension::Three, false, false, 1);
     model.contacts = ContactTable::uniform(1, contact(0.0, 0.0, 0.0, 0.0));
     model.extra =

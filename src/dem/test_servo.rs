@@ -2,8 +2,10 @@
 
 use super::test_scenes::*;
 use super::*;
+use crate::model::extra::*;
 use crate::model::*;
 use crate::num::Vec3;
+use crate::num::units::{Angle, Energy, Force, Length, SurfaceTension, Volume};
 
 fn finish(model: &Model) -> Run {
     let run = run(model, &Job::quiet()).expect("a usable model");
@@ -90,6 +92,101 @@ fn one_grain_between_floor_and_lid_carries_exactly_the_force() {
     let end = run.series.last().expect("a row");
     assert!((end.elastic / (15.0f64.powi(2) / KN) - 1.0).abs() < 1e-8);
     assert!((end.wall_work - end.elastic - end.normal_dashpot).abs() < 1e-3 * end.wall_work);
+}
+
+/// Force of the first wall that says so in the notes, N.
+fn noted(run: &Run) -> f64 {
+    run.notes[0].split(' ').nth(4).expect("a number").parse().expect("a number")
+}
+
+#[test]
+fn a_wet_grain_between_floor_and_lid_carries_the_force_and_its_own_pull() {
+    let (asked, pull) = (15.0, 6.0);
+    let linear = Cohesion::Linear { pull: Force(pull), range: Length(1e-3) };
+    let forces = PairForces { cohesion: Some(linear), ..Default::default() };
+    for scheme in [Scheme::Leapfrog, Scheme::PathAveraged] {
+        for mesh in [false, true] {
+            let mut model = empty(scheme, contact(0.0, 10.0, 0.0, 0.0));
+            model.extra = Extra::uniform(1, forces);
+            let place = Vec3::z() * (RADIUS - pull / KN);
+            add_sphere(&mut model, place, RADIUS, Vec3::zeros(), Vec3::zeros());
+            add_plane(&mut model, Vec3::zeros(), Vec3::z(), Motion::Still);
+            let motion = Motion::Servo { direction: DOWN, force: asked, speed: 0.05 };
+            match mesh {
+                true => add_sheet(&mut model, 2, 0.05, 2.15 * RADIUS, 0.0, motion),
+                false => add_plane(&mut model, Vec3::z() * 2.15 * RADIUS, DOWN, motion),
+            }
+            (model.plan.step, model.plan.steps, model.plan.series_every) = (1e-5, 12_000, 100);
+            let run = finish(&model);
+            // kn δ − P = F at the lid, and so at the floor.
+            let depth = RADIUS - run.frames.last().expect("a frame").centres[0].z;
+            assert!((KN * depth / (asked + pull) - 1.0).abs() < 1e-8, "{scheme:?} {mesh} {depth}");
+            assert!((noted(&run) / asked - 1.0).abs() < 1e-8, "{scheme:?} {mesh} {:?}", run.notes);
+            let end = run.series.last().expect("a row");
+            let right = (asked + pull).powi(2) / KN;
+            assert!((end.elastic / right - 1.0).abs() < 1e-7, "{scheme:?} {mesh} {end:?}");
+            for row in &run.series {
+                assert!(row.energy_error.abs() < 1e-2 * right, "{scheme:?} {mesh} {row:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_lid_that_pulls_up_holds_a_hanging_grain_by_its_bridge() {
+    let law =
+        Bridge { surface_tension: SurfaceTension(0.072), volume: Volume(1e-9), angle: Angle(0.0) };
+    let forces = PairForces { bridge: Some(law), ..Default::default() };
+    let pull = 4.0 * std::f64::consts::PI * RADIUS * 0.072;
+    for mesh in [false, true] {
+        // Half of what the bridge holds.
+        let weight = 0.5 * pull;
+        let mut model = empty(Scheme::Leapfrog, contact(0.0, 10.0, 0.0, 0.0));
+        model.extra = Extra::uniform(1, forces);
+        model.gravity = DOWN * (weight / MASS);
+        let place = DOWN * (RADIUS - 0.9 * pull / KN);
+        add_sphere(&mut model, place, RADIUS, Vec3::zeros(), Vec3::zeros());
+        let motion = Motion::Servo { direction: -DOWN, force: weight, speed: 0.05 };
+        match mesh {
+            true => add_sheet(&mut model, 2, 0.05, 0.0, 0.0, motion),
+            false => add_plane(&mut model, Vec3::zeros(), DOWN, motion),
+        }
+        (model.plan.step, model.plan.steps) = (1e-5, 6_000);
+        let run = finish(&model);
+        let travel: f64 = run.notes[0].rsplit(' ').nth(1).expect("m").parse().expect("a number");
+        let depth = RADIUS - (travel - run.frames.last().expect("a frame").centres[0].z);
+        assert!((noted(&run) / weight - 1.0).abs() < 1e-6, "{mesh} {:?}", run.notes);
+        assert!((KN * depth / (pull - weight) - 1.0).abs() < 1e-5, "{mesh} {depth}");
+    }
+}
+
+#[test]
+fn a_lid_on_wet_grains_reaches_the_force_that_was_asked_for() {
+    let bridge =
+        Bridge { surface_tension: SurfaceTension(0.5), volume: Volume(1e-9), angle: Angle(0.1) };
+    let repulsion = BornMayer {
+        strength: Energy(2e-4),
+        decay: Length(2e-4),
+        cutoff: Length(2e-3),
+        cut: CutOff::ShiftedForce,
+    };
+    let asked = 20.0;
+    for mesh in [false, true] {
+        let mut model = press(Scheme::Leapfrog, asked, mesh);
+        let born_mayer = Some(repulsion);
+        let forces = PairForces { bridge: Some(bridge), born_mayer, ..Default::default() };
+        model.extra = Extra::uniform(1, forces);
+        // Repulsion has no dashpots.
+        model.local_damping = 0.4;
+        (model.plan.steps, model.plan.series_every) = (10_000, 200);
+        let run = finish(&model);
+        assert!((noted(&run) / asked - 1.0).abs() < 1e-4, "{mesh} {:?}", run.notes);
+        let end = run.series.last().expect("a row");
+        assert!(end.kinetic < 1e-3 * end.wall_work && end.wetting > 0.0, "{mesh} {end:?}");
+        for row in &run.series {
+            assert!(row.energy_error.abs() < 0.03 * end.wall_work, "{mesh} {row:?}");
+        }
+    }
 }
 
 #[test]

@@ -106,7 +106,7 @@ pub enum Rolling {
     },
 }
 
-/// Liquid bridge of constant volume between two spheres, or a sphere and a plane.
+/// Liquid bridge of constant volume between two spheres, or a sphere and a wall.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Bridge {
@@ -275,6 +275,18 @@ impl PairForces {
             || matches!(self.cohesion, Some(Cohesion::Linear { .. }))
     }
 
+    /// Those that act on a sphere and a wall that do not touch: all but Lennard-Jones, which walls do not have.
+    pub fn at_a_distance(&self) -> Self {
+        let cohesion = self.cohesion.filter(|law| matches!(law, Cohesion::Linear { .. }));
+        Self { cohesion, rolling: None, lennard_jones: None, ..*self }
+    }
+
+    /// Those that act in contact only.
+    pub fn in_contact(&self) -> Self {
+        let cohesion = self.cohesion.filter(|law| !matches!(law, Cohesion::Linear { .. }));
+        Self { cohesion, rolling: self.rolling, ..Self::default() }
+    }
+
     /// Checks every law that is given.
     ///
     /// # Errors
@@ -347,6 +359,11 @@ impl Bridge {
     /// Gap at which a bridge breaks, m: (1 + θ/2) V^(1/3) (Lian, Thornton & Adams 1993).
     pub fn rupture(&self) -> f64 {
         (1.0 + 0.5 * self.angle.0) * self.volume.0.cbrt()
+    }
+
+    /// Whether a bridge breaks at this gap, m: [`Bridge::rupture`] without its root.
+    pub fn breaks(&self, gap: f64) -> bool {
+        (gap / (1.0 + 0.5 * self.angle.0)).powi(3) >= self.volume.0
     }
 
     fn validate(&self) -> Result<(), Fault> {

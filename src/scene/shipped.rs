@@ -47,6 +47,11 @@ pub const SCENES: &[Shipped] = &[
         text: include_str!("../../templates/scenes/drum.toml"),
     },
     Shipped {
+        name: "wet-drum",
+        summary: "wet beads held by liquid bridges in a rotating drum",
+        text: include_str!("../../templates/scenes/wet-drum.toml"),
+    },
+    Shipped {
         name: "discs-2d",
         summary: "discs in two dimensions fall into a box",
         text: include_str!("../../templates/scenes/discs-2d.toml"),

@@ -3,12 +3,13 @@
 use super::bench::{Bench, CLUMPS};
 use serde_json::Value;
 
-const SHIPPED: [&str; 9] = [
+const SHIPPED: [&str; 10] = [
     "demo",
     "two-spheres",
     "spheres-box",
     "own-grains",
     "drum",
+    "wet-drum",
     "discs-2d",
     "deformable-block",
     "cluster-impact",

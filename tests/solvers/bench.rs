@@ -8,7 +8,7 @@ pub use riprap::model::{
     Body, BodyState, Contact, ContactTable, Dimension, Extra, Lost, Material, Model, Motion,
     Outcome, Plan, Run, Scheme, Sphere, Wall, WallShape,
 };
-pub use riprap::num::units::{EnergyDensity, SurfaceTension, Volume};
+pub use riprap::num::units::{EnergyDensity, Force, Length, SurfaceTension, Volume};
 pub use riprap::num::{Job, Mat3, Rotation, Vec3};
 pub use riprap::pack::{Grain, Method, contacts_of, pack};
 pub use riprap::solver::{self, DeckOptions, LimitKind, Solver};

@@ -58,12 +58,31 @@ fn forces_that_decks_cannot_say_are_refused() {
         volume: Volume(1e-13),
         angle: Default::default(),
     };
-    let model = clinging(PairForces { bridge: Some(bridge), ..PairForces::default() }, 0.0);
-    for solver in solver::all() {
-        let limits = solver.limits(&model);
-        let refused = |limit: &solver::Limit| {
-            limit.kind == LimitKind::Refused && limit.what.contains("liquid bridges")
-        };
-        assert!(limits.iter().any(refused), "{}", solver.key());
+    let linear = Cohesion::Linear { pull: Force(1e-3), range: Length(1e-4) };
+    let none = PairForces::default();
+    let cases = [
+        (PairForces { bridge: Some(bridge), ..none }, "liquid bridges"),
+        (PairForces { cohesion: Some(linear), ..none }, "cohesion"),
+    ];
+    for (forces, what) in cases {
+        let model = clinging(forces, 0.0);
+        let mut in_a_mesh = model.clone();
+        in_a_mesh.walls[0].shape = sheet();
+        for (solver, model) in
+            solver::all().into_iter().flat_map(|s| [(s, &model), (s, &in_a_mesh)])
+        {
+            let limits = solver.limits(model);
+            let refused = |limit: &solver::Limit| {
+                limit.kind == LimitKind::Refused && limit.what.contains(what)
+            };
+            assert!(limits.iter().any(refused), "{} {what}", solver.key());
+        }
     }
+}
+
+/// A floor of two triangles.
+fn sheet() -> WallShape {
+    let corner = |x: f64, y: f64| Vec3::new(x, y, 0.0) * 0.02;
+    let vertices = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+    WallShape::Mesh { mesh: Mesh { vertices, triangles: vec![[0, 1, 2], [0, 2, 3]] } }
 }
