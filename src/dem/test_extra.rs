@@ -367,7 +367,7 @@ impl Observer for Log {
 #[test]
 fn resuming_changes_no_bit_of_what_pairs_remember() {
     let mut model = sticky(Scheme::Leapfrog, Some(Rolling::Epsd2 { coefficient: 0.2 }));
-    let mut forces = model.extra.between(0, 0);
+    let mut forces = *model.extra.between(0, 0);
     forces.bridge = Some(bridge(1e-10));
     model.extra.set(1, 0, 0, forces);
     (model.plan.steps, model.plan.checkpoint_every) = (400, 200);

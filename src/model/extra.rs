@@ -200,8 +200,9 @@ impl Extra {
     }
 
     /// Forces between materials `a` and `b`, in either order.
-    pub fn between(&self, a: u16, b: u16) -> PairForces {
-        self.entries.get(a as usize * self.size + b as usize).copied().unwrap_or_default()
+    pub fn between(&self, a: u16, b: u16) -> &PairForces {
+        const NONE: &PairForces = &PairForces::NONE;
+        self.entries.get(a as usize * self.size + b as usize).unwrap_or(NONE)
     }
 
     /// Sets the forces between `a` and `b`, both ways, of `size` materials.
@@ -261,6 +262,16 @@ impl Extra {
 }
 
 impl PairForces {
+    /// None at all.
+    pub const NONE: Self = Self {
+        cohesion: None,
+        rolling: None,
+        bridge: None,
+        van_der_waals: None,
+        born_mayer: None,
+        lennard_jones: None,
+    };
+
     /// True if there is none.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
@@ -434,7 +445,7 @@ mod tests {
         let forces =
             PairForces { rolling: Some(Rolling::Cdt { coefficient: 0.1 }), ..Default::default() };
         extra.set(3, 0, 2, forces);
-        assert_eq!(extra.between(2, 0), forces);
+        assert_eq!(*extra.between(2, 0), forces);
         assert!(extra.between(1, 2).is_empty());
         assert!(extra.any(|f| f.rolling.is_some()) && !extra.any(PairForces::reaches));
     }

@@ -26,7 +26,7 @@ use super::servo::Attraction;
 use super::setting::Setting;
 use super::state::{Load, State};
 use crate::model::extra::PairForces;
-use crate::model::{Contact, Model, Motion, Scheme, Wall};
+use crate::model::{Contact, Model, Motion, Scheme};
 use crate::num::Vec3;
 use complex::Complex;
 use memory::Memory;
@@ -99,8 +99,8 @@ pub struct Fixed {
     charge: Vec<f64>,
     /// Meshes that act at a distance.
     complex: Complex,
-    /// Their forces: materials × walls.
-    at_meshes: Vec<PairForces>,
+    /// Forces of meshes at a distance, and those in contact only: materials × walls.
+    at_meshes: Vec<[PairForces; 2]>,
     walls: usize,
 }
 
@@ -108,17 +108,27 @@ impl Fixed {
     /// Reads a model.
     pub fn new(model: &Model) -> Self {
         let complex = Complex::new(model);
+        let needs = model.needs();
+        let materials =
+            if needs.meshes && needs.extra() { model.contacts.size() as u16 } else { 0 };
         let mut at_meshes = Vec::new();
-        for material in 0..if complex.is_empty() { 0 } else { model.contacts.size() as u16 } {
-            let of = |wall: &Wall| model.extra.between(material, wall.material).at_a_distance();
-            at_meshes.extend(model.walls.iter().map(of));
+        for material in 0..materials {
+            at_meshes.extend(model.walls.iter().map(|wall| {
+                let forces = model.extra.between(material, wall.material);
+                [forces.at_a_distance(), forces.in_contact()]
+            }));
         }
         Self { charge: charges(model), complex, at_meshes, walls: model.walls.len() }
     }
 
     /// Forces of a mesh at a distance on spheres of a material.
     fn at_mesh(&self, material: u16, wall: usize) -> &PairForces {
-        &self.at_meshes[material as usize * self.walls + wall]
+        &self.at_meshes[material as usize * self.walls + wall][0]
+    }
+
+    /// Forces of a mesh on spheres of a material that it touches.
+    fn at_touched_mesh(&self, material: u16, wall: usize) -> &PairForces {
+        &self.at_meshes[material as usize * self.walls + wall][1]
     }
 }
 
@@ -166,8 +176,8 @@ pub fn stiffened(model: &Model) -> Vec<Contact> {
             let plane = |radius: f64| if radius > 0.0 { radius } else { f64::INFINITY };
             let (first, second) = (first.max(second), plane(first.min(second)));
             if first > 0.0 {
-                let walls = attraction::stiffness(&forces, first, f64::INFINITY);
-                let pairs = attraction::stiffness(&forces, first, second);
+                let walls = attraction::stiffness(forces, first, f64::INFINITY);
+                let pairs = attraction::stiffness(forces, first, second);
                 contact.kn += if model.walls.is_empty() { pairs } else { walls.max(pairs) };
             }
             if let Some(law) = &forces.rolling {

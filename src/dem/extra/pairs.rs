@@ -86,7 +86,7 @@ impl Partners {
 /// Distance of the centres within which something acts, m.
 fn range(setting: &Setting<'_>, number: usize, other: usize, me: &Ball, them: &Ball) -> f64 {
     let forces = setting.model.extra.between(me.material, them.material);
-    let gap = attraction::reach(&forces, me.radius, them.radius);
+    let gap = attraction::reach(forces, me.radius, them.radius);
     let near = if forces.is_empty() { 0.0 } else { me.radius + them.radius + gap };
     near.max(match &setting.model.extra.charges {
         Some(charges) if setting.extra.charge[number] * setting.extra.charge[other] != 0.0 => {
@@ -112,7 +112,7 @@ impl Cells {
         for (a, b) in (0..materials).flat_map(|a| (a..materials).map(move |b| (a, b))) {
             let forces = model.extra.between(a, b);
             if !forces.is_empty() {
-                reach = reach.max(attraction::reach(&forces, smallest, smallest) + 2.0 * largest);
+                reach = reach.max(attraction::reach(forces, smallest, smallest) + 2.0 * largest);
             }
         }
         if let Some(charges) = &model.extra.charges {
@@ -146,15 +146,15 @@ impl Cells {
 }
 
 /// Two spheres.
-struct Pair {
+struct Pair<'a> {
     normal: Vec3,
     distance: f64,
     between: Between,
-    forces: PairForces,
+    forces: &'a PairForces,
 }
 
-impl Pair {
-    fn of(setting: &Setting<'_>, state: &State, number: usize, other: usize) -> Self {
+impl<'a> Pair<'a> {
+    fn of(setting: &Setting<'a>, state: &State, number: usize, other: usize) -> Self {
         let (me, them) =
             (&state.balls[state.slot[number] as usize], &state.balls[state.slot[other] as usize]);
         let way = me.place - them.place;
@@ -173,12 +173,12 @@ impl Pair {
 
     /// Force, N, positive when pushing apart.
     fn push(&self, setting: &Setting<'_>, charges: (usize, usize), bridged: bool) -> f64 {
-        attraction::push(&self.forces, &self.between, bridged) + self.coulomb(setting, charges).push
+        attraction::push(self.forces, &self.between, bridged) + self.coulomb(setting, charges).push
     }
 
     /// Potential energy, J.
     fn energy(&self, setting: &Setting<'_>, charges: (usize, usize), bridged: bool) -> f64 {
-        attraction::total(&self.forces, &self.between, bridged).energy
+        attraction::total(self.forces, &self.between, bridged).energy
             + self.coulomb(setting, charges).energy
     }
 
@@ -212,7 +212,7 @@ pub fn pass(
             let pair = Pair::of(setting, state, number, other);
             let touches = pair.between.gap < 0.0;
             let bridged = match links.memory.get_mut(k) {
-                Some(memory) => wet(memory, &pair.forces, &pair.between, touches, rule, tally),
+                Some(memory) => wet(memory, pair.forces, &pair.between, touches, rule, tally),
                 None => false,
             };
             let force = pair.normal * pair.push(setting, (number, other), bridged);

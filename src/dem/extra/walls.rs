@@ -17,14 +17,14 @@ use crate::model::extra::PairForces;
 use crate::num::Vec3;
 
 /// A sphere near a wall.
-struct Spot {
+struct Spot<'a> {
     slot: usize,
     wall: usize,
     /// Place of its memory.
     key: usize,
     normal: Vec3,
     between: Between,
-    forces: PairForces,
+    forces: &'a PairForces,
     material: u16,
     velocity: Vec3,
     spin: Vec3,
@@ -35,7 +35,12 @@ struct Spot {
 }
 
 /// Calls `visit` for every sphere and wall with a law besides the linear contact.
-fn each_wall(setting: &Setting<'_>, state: &State, time: f64, mut visit: impl FnMut(Spot)) {
+fn each_wall<'a>(
+    setting: &'a Setting<'_>,
+    state: &State,
+    time: f64,
+    mut visit: impl FnMut(Spot<'a>),
+) {
     let model = setting.model;
     let walls = model.walls.len();
     for (index, plane) in setting.planes_at(time).iter().enumerate() {
@@ -66,7 +71,7 @@ fn each_wall(setting: &Setting<'_>, state: &State, time: f64, mut visit: impl Fn
             });
         }
     }
-    let mut found: Vec<Spot> = Vec::new();
+    let mut found: Vec<Spot<'_>> = Vec::new();
     for slot in 0..state.faces.start.len().saturating_sub(1) {
         let ball = &state.balls[slot];
         found.clear();
@@ -77,7 +82,7 @@ fn each_wall(setting: &Setting<'_>, state: &State, time: f64, mut visit: impl Fn
             let face = state.faces.partner[k] as usize;
             let index = setting.surfaces.wall[face] as usize;
             let wall = &model.walls[index];
-            let forces = model.extra.between(ball.material, wall.material).in_contact();
+            let forces = setting.extra.at_touched_mesh(ball.material, index);
             if forces.is_empty() {
                 continue;
             }
@@ -105,7 +110,7 @@ fn each_wall(setting: &Setting<'_>, state: &State, time: f64, mut visit: impl Fn
         }
         for at in 0..found.len() {
             let (key, gap) = (found[at].key, found[at].between.gap);
-            let deeper = |(other, spot): (usize, &Spot)| {
+            let deeper = |(other, spot): (usize, &Spot<'_>)| {
                 spot.key == key && (spot.between.gap, other) < (gap, at)
             };
             found[at].rolls = !found.iter().enumerate().any(deeper);
@@ -119,7 +124,7 @@ pub fn energy(setting: &Setting<'_>, state: &State, memory: &[Memory], time: f64
     let mut energy = 0.0;
     each_wall(setting, state, time, |spot| {
         let bridged = memory.get(spot.key).is_some_and(|memory| memory.bridged);
-        energy += attraction::total(&spot.forces, &spot.between, bridged).energy;
+        energy += attraction::total(spot.forces, &spot.between, bridged).energy;
     });
     energy
 }
@@ -139,12 +144,12 @@ pub fn pass(
         let touches = spot.between.gap <= 0.0;
         let bridged = match memories.get_mut(spot.key) {
             Some(memory) => {
-                wet(memory, &spot.forces, &spot.between, touches, rule, &mut effect.tally)
+                wet(memory, spot.forces, &spot.between, touches, rule, &mut effect.tally)
             }
             None => false,
         };
-        let push = attraction::push(&spot.forces, &spot.between, bridged);
-        let slope = || attraction::slope(&spot.forces, &spot.between, bridged);
+        let push = attraction::push(spot.forces, &spot.between, bridged);
+        let slope = || attraction::slope(spot.forces, &spot.between, bridged);
         effect.at_wall(
             setting,
             (spot.slot, spot.wall),
