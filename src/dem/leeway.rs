@@ -25,12 +25,10 @@ pub fn renew(setting: &Setting<'_>, state: &mut State) {
     let Paces { mean, most, steps } = paces(setting, state);
     let radius = setting.median_radius;
     let steps = steps.min(BOUNDS[0] * radius / (SHARES[0] * most + SHARES[1] * mean));
-    let lasted = lasted(state);
-    for ((ball, built), leeway) in state.balls.iter().zip(&state.built).zip(&mut state.leeway) {
-        let pace = (ball.place - built).norm() / lasted;
+    for slot in 0..state.balls.len() {
+        let pace = pace(setting, state, slot).unwrap_or(0.0);
         let wanted = steps * (SHARES[0] * pace + SHARES[1] * mean);
-        // What is nowhere gets the least, and is for the guard.
-        *leeway = single(wanted.max(BOUNDS[1] * radius).min(BOUNDS[0] * radius));
+        state.leeway[slot] = single(wanted.max(BOUNDS[1] * radius).min(BOUNDS[0] * radius));
     }
     state.wall_leeway = setting.wall_travel(0.0, steps * setting.step);
 }
@@ -49,8 +47,8 @@ pub fn too_long(setting: &Setting<'_>, state: &State) -> bool {
         return false;
     }
     let radius = setting.median_radius;
-    let now = state.leeway.iter().map(|leeway| f64::from(*leeway)).sum::<f64>()
-        / state.leeway.len().max(1) as f64;
+    let sum: f64 = state.leeway.iter().map(|leeway| f64::from(*leeway)).sum();
+    let now = sum / state.leeway.len().max(1) as f64;
     let Paces { mean, steps, .. } = paces(setting, state);
     let best = (steps * (SHARES[0] + SHARES[1]) * mean).max(BOUNDS[1] * radius);
     now > 2.0 * best + 7.5 * radius / lasted as f64
@@ -65,24 +63,28 @@ struct Paces {
 }
 
 fn paces(setting: &Setting<'_>, state: &State) -> Paces {
-    let lasted = lasted(state);
-    let (mut sum, mut most) = (0.0, 0.0f64);
-    for (ball, built) in state.balls.iter().zip(&state.built) {
-        let pace = (ball.place - built).norm() / lasted;
-        if pace.is_finite() {
-            sum += pace;
-            most = most.max(pace);
-        }
+    let (mut sum, mut most, mut count) = (0.0, 0.0f64, 0.0);
+    for pace in (0..state.balls.len()).filter_map(|slot| pace(setting, state, slot)) {
+        (sum, most, count) = (sum + pace, most.max(pace), count + 1.0);
     }
-    let mean = sum / state.balls.len().max(1) as f64;
+    let mean = sum / f64::max(count, 1.0);
     let walls = setting.wall_travel(0.0, setting.step);
     let each = ((SHARES[0] + SHARES[1]) * mean).max(0.5 * walls);
     let steps = (7.5 * setting.median_radius / each).sqrt();
     Paces { mean, most: most.max(walls), steps: steps.min(MOST) }
 }
 
-fn lasted(state: &State) -> f64 {
-    (state.step - state.built_at).max(1) as f64
+/// Way a step since the last build, m; of what has just come, as fast as it comes. None of what is not there, or
+/// nowhere, which is for the guard.
+fn pace(setting: &Setting<'_>, state: &State, slot: usize) -> Option<f64> {
+    let ball = &state.balls[slot];
+    let way = (ball.place - state.built[slot]).norm();
+    let pace = if way > 0.0 {
+        way / (state.step - state.built_at).max(1) as f64
+    } else {
+        ball.velocity.norm() * setting.step
+    };
+    (pace.is_finite() && !ball.radius.is_nan()).then_some(pace)
 }
 
 #[cfg(test)]
@@ -150,5 +152,14 @@ mod tests {
         neighbours::rebuild(&setting, &mut state, &Crew::new(1));
         assert!(state.leeway.iter().all(|leeway| *leeway == single(BOUNDS[1] * RADIUS)));
         assert!(!too_long(&setting, &state));
+        // One that has just come is as fast as it comes, and what is not there does not count.
+        state.balls[3].velocity = Vec3::x();
+        state.balls[5].radius = f64::NAN;
+        state.step = 4 * LOOK;
+        renew(&setting, &mut state);
+        for (slot, leeway) in state.leeway.iter().enumerate().filter(|(slot, _)| *slot != 5) {
+            let ahead = f64::from(*leeway) / (setting.step * state.balls[slot].velocity.norm());
+            assert!(if slot == 3 { ahead > 20.0 } else { *leeway > single(BOUNDS[1] * RADIUS) });
+        }
     }
 }
