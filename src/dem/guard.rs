@@ -137,8 +137,8 @@ impl Watch {
         if most == 0.0 {
             return None;
         }
-        if self.loads_of != state.rebuilds {
-            // Spheres may have changed places in memory.
+        if self.loads_of != state.rebuilds || state.step % EVERY == EVERY - 3 {
+            // Spheres may have changed places in memory; what is left of the last look is old.
             self.loads.clear();
             self.loads_of = state.rebuilds;
         }
@@ -294,4 +294,38 @@ fn shaking(setting: &Setting<'_>, state: &State, loads: &[Vec<Vector3<f32>>]) ->
     }
     let change = (squares[1] / whole).sqrt();
     (-product / (squares[0].sqrt() * squares[1].sqrt()), change, most.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dem::crew::Crew;
+    use crate::dem::neighbours;
+    use crate::dem::test_scenes::{RADIUS, add_sphere, contact, empty};
+    use crate::model::Scheme;
+
+    #[test]
+    fn only_steps_in_a_row_are_compared_whenever_lists_are_built() {
+        let mut model = empty(Scheme::Leapfrog, contact(0.0, 0.0, 0.0, 0.0));
+        add_sphere(&mut model, Vec3::zeros(), RADIUS, Vec3::zeros(), Vec3::zeros());
+        let setting = Setting::new(&model);
+        let mut state = State::new(&setting);
+        neighbours::rebuild(&setting, &mut state, &Crew::new(1));
+        let mut stops = |load: fn(u64) -> f64, built_at: u64| {
+            let mut watch = Watch::default();
+            (1..=6).flat_map(|look| [3, 2, 1].map(|left| look * EVERY - left)).any(|step| {
+                state.step = step;
+                state.rebuilds += u64::from(step == built_at);
+                state.loads[0].force = Vec3::z() * load(step);
+                watch.after_step(&setting, &state).is_some()
+            })
+        };
+        let shaking = |step: u64| 1.0 + 0.1 * f64::from(u8::from(step.is_multiple_of(2)));
+        // Falls from look to look, but rises steadily in each.
+        let rising = |step: u64| 10.0 - (step / EVERY) as f64 + 0.01 * (step % EVERY) as f64;
+        for left in [3, 2, 1] {
+            assert!(stops(shaking, 2 * EVERY - left));
+            assert!(!stops(rising, 2 * EVERY - left));
+        }
+    }
 }
