@@ -375,7 +375,7 @@ fn extra_tables(model: &Model, size: usize) -> Vec<Pairs> {
     let materials = model.materials.len();
     let table = |fix, property, value: fn(&PairForces) -> f64| {
         let pair = |a: usize, b: usize| match a.max(b) < materials {
-            true => value(&model.extra.between(a as u16, b as u16)),
+            true => value(model.extra.between(a as u16, b as u16)),
             false => 0.0,
         };
         let rows = (0..size).map(|a| (0..size).map(|b| pair(a, b)).collect()).collect();
