@@ -1,12 +1,9 @@
 //! Bodies that come during a run.
 
-use super::test_scenes::{RADIUS, add_plane, add_sphere, contact, empty};
+use super::test_scenes::{RADIUS, SCHEMES, add_plane, add_sphere, contact, empty};
 use super::{DemError, run};
 use crate::model::{Model, Motion, Outcome, Run, Scheme, WallShape};
 use crate::num::{Job, Vec3};
-
-const SCHEMES: [Scheme; 5] =
-    [Scheme::Leapfrog, Scheme::Liggghts, Scheme::Yade, Scheme::Lammps, Scheme::PathAveraged];
 
 /// Nothing but spheres that come one after another over a plane.
 fn rain(scheme: Scheme, count: u32) -> Model {

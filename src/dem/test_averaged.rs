@@ -13,12 +13,6 @@ fn contact_time() -> f64 {
     std::f64::consts::PI * (MASS / KN).sqrt()
 }
 
-fn finish(model: &Model) -> Run {
-    let run = run(model, &Job::quiet()).expect("a usable model");
-    assert_eq!(run.outcome, Outcome::Finished);
-    run
-}
-
 fn end(run: &Run) -> &Frame {
     run.frames.last().expect("a last frame")
 }

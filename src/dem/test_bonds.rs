@@ -9,12 +9,6 @@ use nalgebra::{DMatrix, SymmetricEigen};
 const ALL: [Scheme; 4] = [Scheme::Leapfrog, Scheme::Liggghts, Scheme::Yade, Scheme::PathAveraged];
 const HEAVY: f64 = 1e12;
 
-fn finish(model: &Model) -> Run {
-    let run = run(model, &Job::quiet()).expect("a usable model");
-    assert_eq!(run.outcome, Outcome::Finished);
-    run
-}
-
 /// Two heavy spheres that touch along x, the second moving; nothing slows them down.
 fn pulled(scheme: Scheme, velocity: Vec3, spin: Vec3, bond: Bond) -> Model {
     let mut model = empty(scheme, contact(0.4 * KN, 0.0, 0.0, 0.5));
@@ -376,39 +370,20 @@ fn the_ledger_closes_when_a_cluster_breaks() {
     }
 }
 
-#[derive(Default)]
-struct Keep {
-    frames: Vec<Frame>,
-    rows: Vec<SeriesRow>,
-    saved: Vec<Vec<u8>>,
-}
-
-impl Observer for Keep {
-    fn frame(&mut self, frame: &Frame) {
-        self.frames.push(frame.clone());
-    }
-    fn row(&mut self, row: &SeriesRow) {
-        self.rows.push(*row);
-    }
-    fn checkpoint(&mut self, bytes: &[u8]) {
-        self.saved.push(bytes.to_vec());
-    }
-}
-
 #[test]
 fn going_on_from_a_checkpoint_between_breaks_gives_the_same_bits() {
     for scheme in ALL {
         let mut model = impact(scheme);
         model.plan.steps = 3000;
         model.plan.checkpoint_every = 250;
-        let mut whole = Keep::default();
+        let mut whole = Log::default();
         let summary = simulate(&model, None, &Job::quiet(), &mut whole).expect("a usable model");
         let intact =
             |saved: &Vec<u8>| checkpoint::read(&model, saved).expect("readable").bonds.intact();
-        let between = whole.saved.iter().position(|saved| (1..12).contains(&intact(saved)));
-        let start = between.unwrap_or(whole.saved.len() / 2);
-        let mut rest = Keep::default();
-        let again = simulate(&model, Some(&whole.saved[start]), &Job::quiet(), &mut rest)
+        let between = whole.checkpoints.iter().position(|saved| (1..12).contains(&intact(saved)));
+        let start = between.unwrap_or(whole.checkpoints.len() / 2);
+        let mut rest = Log::default();
+        let again = simulate(&model, Some(&whole.checkpoints[start]), &Job::quiet(), &mut rest)
             .expect("a usable checkpoint");
         assert_eq!(again.breaks, summary.breaks);
         assert_eq!(rest.frames.last(), whole.frames.last());

@@ -9,15 +9,6 @@ use crate::num::statistics::order_of_convergence;
 use crate::num::units::{Angle, Energy, EnergyDensity, Force, Length, SurfaceTension, Volume};
 use std::f64::consts::{PI, TAU};
 
-const ALL: [Scheme; 5] =
-    [Scheme::Leapfrog, Scheme::Liggghts, Scheme::Yade, Scheme::Lammps, Scheme::PathAveraged];
-
-fn finish(model: &Model) -> Run {
-    let run = run(model, &Job::quiet()).expect("a usable model");
-    assert_eq!(run.outcome, Outcome::Finished);
-    run
-}
-
 fn last(run: &Run) -> &Frame {
     run.frames.last().expect("a frame")
 }
@@ -248,7 +239,7 @@ fn the_ledger_closes_at_second_order_with_attraction() {
 
 #[test]
 fn momentum_stays_with_every_force_between_bodies() {
-    for scheme in ALL {
+    for scheme in SCHEMES {
         let mut model = sticky(scheme, Some(Rolling::Epsd { coefficient: 0.1, damping: 0.2 }));
         model.walls.clear();
         model.gravity = Vec3::zeros();
@@ -283,7 +274,7 @@ fn rolling_spheres_slow_down_as_they_should() {
         Rolling::Epsd { coefficient: 0.02, damping: 0.0 },
         Rolling::Epsd2 { coefficient: 0.02 },
     ];
-    for scheme in ALL {
+    for scheme in SCHEMES {
         for law in laws {
             let mut model = empty(scheme, contact(0.3 * KN, 10.0, 8.0, 0.5));
             model.extra = with(PairForces { rolling: Some(law), ..Default::default() });
@@ -325,7 +316,7 @@ fn rolling_springs_hold_on_a_slope_below_their_coefficient() {
 
 #[test]
 fn drag_slows_exponentially_and_is_counted() {
-    for scheme in ALL {
+    for scheme in SCHEMES {
         let mut model = empty(scheme, contact(0.0, 0.0, 0.0, 0.0));
         model.extra.drag = 0.2;
         model.gravity = Vec3::z() * -9.81;
@@ -348,22 +339,6 @@ fn drag_slows_exponentially_and_is_counted() {
     assert!((limit - 2.0 * MASS / 100.0).abs() < 1e-12, "{limit}");
 }
 
-#[derive(Default)]
-struct Log {
-    frames: Vec<Frame>,
-    checkpoints: Vec<Vec<u8>>,
-}
-
-impl Observer for Log {
-    fn frame(&mut self, frame: &Frame) {
-        self.frames.push(frame.clone());
-    }
-    fn row(&mut self, _row: &SeriesRow) {}
-    fn checkpoint(&mut self, bytes: &[u8]) {
-        self.checkpoints.push(bytes.to_vec());
-    }
-}
-
 #[test]
 fn resuming_changes_no_bit_of_what_pairs_remember() {
     let mut model = sticky(Scheme::Leapfrog, Some(Rolling::Epsd2 { coefficient: 0.2 }));
@@ -380,7 +355,7 @@ fn resuming_changes_no_bit_of_what_pairs_remember() {
 
 #[test]
 fn pairs_keep_their_memory_when_lists_are_built_anew() {
-    // The same scene with lists built at other times: a thicker skin through one large sphere far away.
+    // The same scene with lists built at other times: longer leeways through large spheres far away.
     let law = Some(Rolling::Epsd2 { coefficient: 0.3 });
     let run_with = |odd: usize| {
         let mut model = sticky(Scheme::Leapfrog, law);

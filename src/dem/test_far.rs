@@ -10,12 +10,6 @@ use crate::num::{Rotation, Vec3};
 use nalgebra::{Quaternion, Unit};
 use std::f64::consts::PI;
 
-fn finish(model: &Model) -> Run {
-    let run = run(model, &Job::quiet()).expect("a usable model");
-    assert_eq!(run.outcome, Outcome::Finished);
-    run
-}
-
 fn law(constant: f64, method: FarMethod) -> Option<MutualGravity> {
     Some(MutualGravity { constant, method, softening: Length(0.0) })
 }

@@ -10,15 +10,6 @@ use crate::num::units::{Angle, Energy, Force, Length, SurfaceTension, Volume};
 use crate::num::{Rotation, Vec3};
 use std::f64::consts::{PI, TAU};
 
-const ALL: [Scheme; 5] =
-    [Scheme::Leapfrog, Scheme::Liggghts, Scheme::Yade, Scheme::Lammps, Scheme::PathAveraged];
-
-fn finish(model: &Model) -> Run {
-    let run = run(model, &Job::quiet()).expect("a usable model");
-    assert_eq!(run.outcome, Outcome::Finished);
-    run
-}
-
 /// Pull and range in the unit case: 0.05 N over 2 mm.
 fn linear() -> PairForces {
     let law = Cohesion::Linear { pull: Force(0.05), range: Length(2e-3) };
@@ -108,7 +99,7 @@ fn two_triangles_pull_as_a_plane_does_while_they_are_crossed_and_touched() {
     let shake = Motion::Oscillate { amplitude: Vec3::z() * 2e-4, frequency: 60.0, phase: 0.3 };
     let lift = Motion::Translate { velocity: Vec3::new(0.05, -0.02, 0.03) };
     let seek = Motion::Servo { direction: Vec3::z(), force: 2.0, speed: 0.02 };
-    let still = ALL.map(|scheme| (scheme, Motion::Still));
+    let still = SCHEMES.map(|scheme| (scheme, Motion::Still));
     let moving = [spin, shake, lift, seek]
         .map(|motion| [Scheme::Leapfrog, Scheme::PathAveraged].map(|scheme| (scheme, motion)));
     let forces = [linear(), van_der_waals(), born_mayer(), bridge()];
@@ -444,25 +435,6 @@ fn the_ledger_closes_in_a_wet_drum() {
         for row in &run.series {
             assert!(row.energy_error.abs() < missing, "{scheme:?} {row:?}");
         }
-    }
-}
-
-#[derive(Default)]
-struct Log {
-    frames: Vec<Frame>,
-    rows: Vec<SeriesRow>,
-    checkpoints: Vec<Vec<u8>>,
-}
-
-impl Observer for Log {
-    fn frame(&mut self, frame: &Frame) {
-        self.frames.push(frame.clone());
-    }
-    fn row(&mut self, row: &SeriesRow) {
-        self.rows.push(*row);
-    }
-    fn checkpoint(&mut self, bytes: &[u8]) {
-        self.checkpoints.push(bytes.to_vec());
     }
 }
 

@@ -20,12 +20,6 @@ fn rows<const N: usize>(text: &str) -> Vec<[f64; N]> {
         .collect()
 }
 
-fn finish(model: &Model) -> Run {
-    let run = run(model, &Job::quiet()).expect("a usable model");
-    assert_eq!(run.outcome, Outcome::Finished);
-    run
-}
-
 fn order(steps: &[f64], errors: &[f64]) -> f64 {
     let spans: Vec<f64> = steps.iter().map(|n| 1.0 / n).collect();
     order_of_convergence(&spans, errors).expect("three points")

@@ -13,12 +13,6 @@ use proptest::prelude::*;
 
 const ALL: [Scheme; 4] = [Scheme::Leapfrog, Scheme::Liggghts, Scheme::Yade, Scheme::PathAveraged];
 
-fn finish(model: &Model) -> Run {
-    let run = run(model, &Job::quiet()).expect("a usable model");
-    assert_eq!(run.outcome, Outcome::Finished);
-    run
-}
-
 fn cell(size: Vec3, periodic: [bool; 3]) -> Cell {
     Cell {
         bounds: Bounds {

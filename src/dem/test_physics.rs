@@ -9,12 +9,6 @@ use crate::num::{Rotation, Vec3};
 const SCHEMES: [Scheme; 3] = [Scheme::Leapfrog, Scheme::Liggghts, Scheme::Yade];
 const ALL: [Scheme; 4] = [Scheme::Leapfrog, Scheme::Liggghts, Scheme::Yade, Scheme::PathAveraged];
 
-fn finish(model: &Model) -> Run {
-    let run = run(model, &Job::quiet()).expect("a usable model");
-    assert_eq!(run.outcome, Outcome::Finished);
-    run
-}
-
 fn last(run: &Run) -> &Frame {
     run.frames.last().expect("a last frame")
 }

@@ -6,9 +6,6 @@ use super::*;
 use crate::model::*;
 use crate::num::Vec3;
 
-const SCHEMES: [Scheme; 5] =
-    [Scheme::Leapfrog, Scheme::Liggghts, Scheme::Yade, Scheme::Lammps, Scheme::PathAveraged];
-
 /// Largest difference of positions [radii] and velocities [m/s] between a run and its twin.
 fn against_twin(mut model: Model, steps: u64) -> f64 {
     model.plan.steps = steps;
@@ -143,25 +140,6 @@ fn threads_change_no_bit() {
             assert_eq!(runs[0].series, other.series);
             assert_eq!(runs[0].touches, other.touches);
         }
-    }
-}
-
-#[derive(Default)]
-struct Log {
-    frames: Vec<Frame>,
-    rows: Vec<SeriesRow>,
-    checkpoints: Vec<Vec<u8>>,
-}
-
-impl Observer for Log {
-    fn frame(&mut self, frame: &Frame) {
-        self.frames.push(frame.clone());
-    }
-    fn row(&mut self, row: &SeriesRow) {
-        self.rows.push(*row);
-    }
-    fn checkpoint(&mut self, bytes: &[u8]) {
-        self.checkpoints.push(bytes.to_vec());
     }
 }
 

@@ -1,9 +1,41 @@
-//! Small models for the tests of this room.
+//! Small models for the tests of this room, and what runs and keeps them.
 
+use super::{Observer, run};
 use crate::geometry::Mesh;
 use crate::model::*;
 use crate::num::random::{self, RngExt};
-use crate::num::{Rotation, Vec3};
+use crate::num::{Job, Rotation, Vec3};
+
+/// All schemes.
+pub const SCHEMES: [Scheme; 5] =
+    [Scheme::Leapfrog, Scheme::Liggghts, Scheme::Yade, Scheme::Lammps, Scheme::PathAveraged];
+
+/// A run to its end.
+pub fn finish(model: &Model) -> Run {
+    let run = run(model, &Job::quiet()).expect("a usable model");
+    assert_eq!(run.outcome, Outcome::Finished);
+    run
+}
+
+/// All that a run hands over.
+#[derive(Default)]
+pub struct Log {
+    pub frames: Vec<Frame>,
+    pub rows: Vec<SeriesRow>,
+    pub checkpoints: Vec<Vec<u8>>,
+}
+
+impl Observer for Log {
+    fn frame(&mut self, frame: &Frame) {
+        self.frames.push(frame.clone());
+    }
+    fn row(&mut self, row: &SeriesRow) {
+        self.rows.push(*row);
+    }
+    fn checkpoint(&mut self, bytes: &[u8]) {
+        self.checkpoints.push(bytes.to_vec());
+    }
+}
 
 /// Radius, density and stiffness of the unit case of the reference numbers.
 pub const RADIUS: f64 = 0.01;

@@ -7,12 +7,6 @@ use crate::model::*;
 use crate::num::Vec3;
 use crate::num::units::{Angle, Energy, Force, Length, SurfaceTension, Volume};
 
-fn finish(model: &Model) -> Run {
-    let run = run(model, &Job::quiet()).expect("a usable model");
-    assert_eq!(run.outcome, Outcome::Finished);
-    run
-}
-
 const DOWN: Vec3 = Vec3::new(0.0, 0.0, -1.0);
 
 /// Layers of spheres in a box of planes under a lid that pushes down with `force`; as a mesh or a plane.
