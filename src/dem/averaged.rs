@@ -324,26 +324,26 @@ pub fn advance<K: Kind>(
     let mut past =
         Past { touched: book.touching[k], spring: Triple::zero(), lag: 0.0, pull: Triple::zero() };
     if K::FRICTION {
-        past.spring = rescale::<f64>(book.spring[k].into(), meeting.normal);
+        past.spring = rescale::<f64>(book.spring.at(k).into(), meeting.normal);
     }
     if K::DAMPING {
         past.lag = book.lag[k];
     }
     if K::DRAGS {
-        past.pull = book.pull[k].into();
+        past.pull = book.pull.at(k).into();
     }
     let pair = Parameters::of(pair);
     let Answer { normal, tangent, memory, taken } =
         respond::<f64, K>(rule, &pair, meeting, true, &past);
     book.touching[k] = memory.touched;
     if K::FRICTION {
-        book.spring[k] = memory.spring.into();
+        book.spring.put(k, memory.spring.into());
     }
     if K::DAMPING {
         book.lag[k] = memory.lag;
     }
     if K::DRAGS {
-        book.pull[k] = memory.pull.into();
+        book.pull.put(k, memory.pull.into());
     }
     tally.normal_dashpot += taken[0];
     tally.tangential_dashpot += taken[1];

@@ -310,9 +310,9 @@ pub fn answer<const W: usize, L: Wide<W>, K: Kind>(
     let whole = pairs.first.len() / W;
     let of = |wanted: bool| if wanted { whole } else { 0 };
     let touching = groups_mut::<W, _>(book.touching, base, whole);
-    let spring = groups_mut::<W, _>(book.spring, base, of(K::FRICTION));
+    let mut spring = book.spring.groups_mut::<W>(base, of(K::FRICTION));
     let lag = groups_mut::<W, _>(book.lag, base, of(K::DAMPING));
-    let pulls = groups_mut::<W, _>(book.pull, base, of(K::DRAGS));
+    let mut pulls = book.pull.groups_mut::<W>(base, of(K::DRAGS));
     for group in 0..whole {
         let at = within::<W>(group * W);
         let (live, touched) = (scratch.touches[at], packed(&touching[group]));
@@ -343,7 +343,7 @@ pub fn answer<const W: usize, L: Wide<W>, K: Kind>(
             meeting.ease = scratch.ease.get(at);
         }
         if K::DRAGS {
-            past.pull = L::unpack3(&pulls[group]);
+            past.pull = pulls.load(group);
             meeting.across = scratch.across.get(at);
         }
         let law = match &only {
@@ -355,7 +355,7 @@ pub fn answer<const W: usize, L: Wide<W>, K: Kind>(
         touching[group] = *chunk(&ANSWERS[L::bits(memory.touched) as usize], 0);
         let unit = meeting.normal;
         if K::FRICTION {
-            L::pack3(memory.spring, &mut spring[group]);
+            spring.store(group, memory.spring);
             scratch.push.set(at, unit * normal + tangent);
             scratch.couple.set(at, unit.cross(tangent));
         } else {
@@ -365,7 +365,7 @@ pub fn answer<const W: usize, L: Wide<W>, K: Kind>(
             memory.lag.store(&mut lag[group]);
         }
         if K::DRAGS {
-            L::pack3(memory.pull, &mut pulls[group]);
+            pulls.store(group, memory.pull);
         }
         for (sums, taken) in scratch.sums.iter_mut().zip(taken) {
             let sums = chunk_mut(sums, at % GROUP);

@@ -176,11 +176,12 @@ impl Bonds {
         kept.normals |= setting.scheme == Scheme::Yade;
         kept.pulls = false;
         let mut book = Book::open(count, kept);
-        for (normal, joint) in book.normal.iter_mut().zip(&setting.bonds.joints) {
+        let kept_normals = 0..book.normal.len();
+        for (k, joint) in kept_normals.zip(&setting.bonds.joints) {
             let turn = setting.model.bodies
                 [setting.bonds.bodies[joint.bodies[0] as usize].0 as usize]
                 .orientation;
-            *normal = (turn * joint.arms[0]).normalize();
+            book.normal.put(k, (turn * joint.arms[0]).normalize());
         }
         let bodies = &setting.model.bodies;
         Self {
@@ -350,8 +351,8 @@ fn intact(setting: &Setting<'_>, state: &mut State, bonds: &mut Bonds, index: us
         ));
         let across = pair.velocity - pair.normal * pair.velocity.dot(&pair.normal);
         let slip = carried + across * rule.advance;
-        bonds.book.spring[index] = slip;
-        bonds.book.normal[index] = pair.normal;
+        bonds.book.spring.put(index, slip);
+        bonds.book.normal.put(index, pair.normal);
         bond_law::as_yade(bond, &pose, slip, pair.reach)
     } else {
         bond_law::elastic(bond, &pose)
@@ -404,17 +405,17 @@ fn snap(
     let k = pair.index;
     bonds.status[k] = Status::Broken;
     let law = contact_law(setting, state, pair);
-    if let Some(spring) = bonds.book.spring.get_mut(k) {
+    if !bonds.book.spring.is_empty() {
         let held = law.kt > 0.0 && setting.kept.friction;
         let mut part = if held { pair.joint.bond.shear / law.kt } else { 0.0 };
         if setting.scheme == Scheme::Yade && mode == BreakMode::Shear {
             // YADE sets the shear force to the limit of friction, where it was below it too.
             part *= (-law.friction * action.pull).max(0.0) / action.shear;
         }
-        *spring = action.slip * part;
+        bonds.book.spring.put(k, action.slip * part);
     }
-    if let Some(normal) = bonds.book.normal.get_mut(k) {
-        *normal = pair.normal;
+    if !bonds.book.normal.is_empty() {
+        bonds.book.normal.put(k, pair.normal);
     }
     // The springs stand where they are: nothing advances twice in this pass.
     let still = Rule { advance: 0.0, interval: 0.0, ..*rule };
@@ -556,7 +557,7 @@ fn each(setting: &Setting<'_>, state: &State, mut visit: impl FnMut(&Pair<'_>, S
         let pair = Pair::of(setting, state, index);
         let (bond, pose) = (&pair.joint.bond, pair.pose(&turns));
         let action = match setting.scheme {
-            Scheme::Yade => bond_law::as_yade(bond, &pose, bonds.book.spring[index], pair.reach),
+            Scheme::Yade => bond_law::as_yade(bond, &pose, bonds.book.spring.at(index), pair.reach),
             _ => bond_law::elastic(bond, &pose),
         };
         visit(&pair, *status, action);

@@ -10,7 +10,7 @@ use super::state::State;
 use crate::model::Model;
 use crate::num::random::fnv1a;
 
-const MAGIC: u32 = 0x5249_5037;
+const MAGIC: u32 = 0x5249_5038;
 
 /// The state as bytes.
 pub fn write(model: &Model, state: &State) -> Result<Vec<u8>, DemError> {

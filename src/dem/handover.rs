@@ -15,8 +15,8 @@ use std::collections::BTreeMap;
 /// The springs of all contacts that have one, by sphere and partner.
 pub fn springs(setting: &Setting<'_>, state: &State) -> Vec<Spring> {
     let lists = [&state.pairs, &state.planes, &state.faces];
-    let springs = lists.iter().flat_map(|list| &list.book.spring);
-    let mut all = Vec::with_capacity(springs.filter(|spring| **spring != Vec3::zeros()).count());
+    let springs = lists.iter().flat_map(|list| list.book.spring.iter());
+    let mut all = Vec::with_capacity(springs.filter(|spring| *spring != Vec3::zeros()).count());
     let mut put = |list: &List, partner: &dyn Fn(usize) -> Partner| {
         visit(list, |slot, other, k| {
             let stretch = list.book.record(k).spring;
@@ -98,9 +98,10 @@ fn fill(
             let other = *other as usize;
             let Some(stretch) = known.get(&(*sphere, partner(other))) else { continue };
             book.touching[k] = true;
-            book.spring[k] = *stretch;
-            if let Some(normal) = book.normal.get_mut(k) {
-                *normal = way(slot, other).try_normalize(0.0).unwrap_or_else(Vec3::zeros);
+            book.spring.put(k, *stretch);
+            if !book.normal.is_empty() {
+                let normal = way(slot, other).try_normalize(0.0).unwrap_or_else(Vec3::zeros);
+                book.normal.put(k, normal);
             }
         }
     }

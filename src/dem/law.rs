@@ -21,7 +21,7 @@ use super::lanes::{Lanes, Triple};
 use crate::model::{Contact, Coulomb, History, Law};
 use crate::num::Vec3;
 use serde::{Deserialize, Serialize};
-use std::ops::AddAssign;
+use std::ops::{AddAssign, Range};
 
 /// What every evaluation of the law in one force pass has in common.
 #[derive(Debug, Clone, Copy)]
@@ -164,7 +164,7 @@ pub struct Book {
     /// True while in contact.
     pub touching: Vec<bool>,
     /// Tangential springs, m; with friction only.
-    pub spring: Vec<Vec3>,
+    pub spring: Triple<Vec<f64>>,
     /// Non-elastic normal force at the last pass, N; of path-averaged contacts the whole normal
     /// force. With damping only.
     pub lag: Vec<f64>,
@@ -173,9 +173,9 @@ pub struct Book {
     /// of second order in the step: single precision is enough.
     pub power: Vec<f32>,
     /// Normal of the last pass; with springs that turn with it only.
-    pub normal: Vec<Vec3>,
+    pub normal: Triple<Vec<f64>>,
     /// Tangential force on the sphere in the last pass, N; where dashpots are implicit only.
-    pub pull: Vec<Vec3>,
+    pub pull: Triple<Vec<f64>>,
 }
 
 /// Forces in one entry of a book.
@@ -206,18 +206,18 @@ impl Book {
         let of = |wanted: bool| if wanted { size } else { 0 };
         Self {
             touching: vec![false; size],
-            spring: vec![Vec3::zeros(); of(kept.friction)],
+            spring: Triple::zeros(of(kept.friction)),
             lag: vec![0.0; of(kept.damping)],
             power: vec![0.0; of(kept.friction && kept.damping)],
-            normal: vec![Vec3::zeros(); of(kept.friction && kept.normals)],
-            pull: vec![Vec3::zeros(); of(kept.friction && kept.pulls)],
+            normal: Triple::zeros(of(kept.friction && kept.normals)),
+            pull: Triple::zeros(of(kept.friction && kept.pulls)),
         }
     }
 
     /// Entry `k`, zeros for what is not kept.
     pub fn record(&self, k: usize) -> Record {
         Record {
-            spring: self.spring.get(k).copied().unwrap_or_default(),
+            spring: self.spring.get(k).unwrap_or_default(),
             lag: self.lag.get(k).copied().unwrap_or_default(),
         }
     }
@@ -226,11 +226,11 @@ impl Book {
     pub fn view(&mut self) -> BookView<'_> {
         BookView {
             touching: &mut self.touching,
-            spring: &mut self.spring,
+            spring: self.spring.view(),
             lag: &mut self.lag,
             power: &mut self.power,
-            normal: &mut self.normal,
-            pull: &mut self.pull,
+            normal: self.normal.view(),
+            pull: self.pull.view(),
         }
     }
 }
@@ -241,26 +241,26 @@ pub struct BookView<'a> {
     /// See [`Book::touching`].
     pub touching: &'a mut [bool],
     /// See [`Book::spring`].
-    pub spring: &'a mut [Vec3],
+    pub spring: Triple<&'a mut [f64]>,
     /// See [`Book::lag`].
     pub lag: &'a mut [f64],
     /// See [`Book::power`].
     pub power: &'a mut [f32],
     /// See [`Book::normal`].
-    pub normal: &'a mut [Vec3],
+    pub normal: Triple<&'a mut [f64]>,
     /// See [`Book::pull`].
-    pub pull: &'a mut [Vec3],
+    pub pull: Triple<&'a mut [f64]>,
 }
 
 impl<'a> BookView<'a> {
     /// The first `at` entries and the rest.
     pub fn split_at(self, at: usize) -> (Self, Self) {
         let (t, touching) = self.touching.split_at_mut(at);
-        let (s, spring) = self.spring.split_at_mut(at.min(self.spring.len()));
+        let (s, spring) = self.spring.split_at(at);
         let (l, lag) = self.lag.split_at_mut(at.min(self.lag.len()));
         let (w, power) = self.power.split_at_mut(at.min(self.power.len()));
-        let (n, normal) = self.normal.split_at_mut(at.min(self.normal.len()));
-        let (p, pull) = self.pull.split_at_mut(at.min(self.pull.len()));
+        let (n, normal) = self.normal.split_at(at);
+        let (p, pull) = self.pull.split_at(at);
         (
             Self { touching: t, spring: s, lag: l, power: w, normal: n, pull: p },
             Self { touching, spring, lag, power, normal, pull },
@@ -272,9 +272,9 @@ impl<'a> BookView<'a> {
     pub fn recall<K: Kind>(&self, k: usize) -> Past<f64> {
         let mut past = Past::none();
         if K::FRICTION {
-            past.spring = self.spring[k].into();
+            past.spring = self.spring.at(k).into();
             if K::HISTORY == History::Rotated {
-                past.normal = self.normal[k].into();
+                past.normal = self.normal.at(k).into();
             }
         }
         if K::DAMPING {
@@ -290,9 +290,9 @@ impl<'a> BookView<'a> {
     #[inline(always)]
     pub fn keep<K: Kind>(&mut self, k: usize, past: &Past<f64>) {
         if K::FRICTION {
-            self.spring[k] = past.spring.into();
+            self.spring.put(k, past.spring.into());
             if K::HISTORY == History::Rotated {
-                self.normal[k] = past.normal.into();
+                self.normal.put(k, past.normal.into());
             }
         }
         if K::DAMPING {
@@ -303,11 +303,32 @@ impl<'a> BookView<'a> {
         }
     }
 
+    /// Takes over what contacts of kind `K` remember in as many entries of `other`.
+    #[inline(always)]
+    pub fn copy<K: Kind>(&mut self, to: Range<usize>, other: &BookView<'_>, from: Range<usize>) {
+        self.touching[to.clone()].copy_from_slice(&other.touching[from.clone()]);
+        if K::FRICTION {
+            self.spring.copy(to.clone(), &other.spring, from.clone());
+            if K::HISTORY == History::Rotated {
+                self.normal.copy(to.clone(), &other.normal, from.clone());
+            }
+        }
+        if K::DRAGS {
+            self.pull.copy(to.clone(), &other.pull, from.clone());
+        }
+        if K::DAMPING {
+            self.lag[to.clone()].copy_from_slice(&other.lag[from.clone()]);
+            if K::FRICTION {
+                self.power[to].copy_from_slice(&other.power[from]);
+            }
+        }
+    }
+
     /// Empties entry `k`.
     pub fn clear(&mut self, k: usize) {
         self.touching[k] = false;
-        if let Some(place) = self.spring.get_mut(k) {
-            *place = Vec3::zeros();
+        if !self.spring.is_empty() {
+            self.spring.put(k, Vec3::zeros());
         }
         if let Some(place) = self.lag.get_mut(k) {
             *place = 0.0;
@@ -315,8 +336,8 @@ impl<'a> BookView<'a> {
         if let Some(place) = self.power.get_mut(k) {
             *place = 0.0;
         }
-        if let Some(place) = self.pull.get_mut(k) {
-            *place = Vec3::zeros();
+        if !self.pull.is_empty() {
+            self.pull.put(k, Vec3::zeros());
         }
     }
 }

@@ -376,7 +376,7 @@ mod tests {
         rebuild(&setting, &mut state, &Crew::new(1));
         for (k, touching) in state.pairs.book.touching.iter_mut().enumerate() {
             *touching = true;
-            state.pairs.book.spring[k] = Vec3::new(k as f64 + 1.0, 0.5, -1.0);
+            state.pairs.book.spring.put(k, Vec3::new(k as f64 + 1.0, 0.5, -1.0));
         }
         // By the spheres' numbers, seen from the lower one.
         let named = |state: &State| {
@@ -385,7 +385,7 @@ mod tests {
                 for k in state.pairs.start[slot] as usize..state.pairs.start[slot + 1] as usize {
                     let other = state.pairs.partner[k] as usize;
                     let (one, other) = (state.order[slot], state.order[other]);
-                    let spring = state.pairs.book.spring[k];
+                    let spring = state.pairs.book.spring.at(k);
                     if state.pairs.book.touching[k] {
                         let spring = if one < other { spring } else { -spring };
                         named.push((join(one.min(other), one.max(other)), spring));

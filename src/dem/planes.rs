@@ -109,7 +109,7 @@ pub fn drift<const W: usize, L: Wide<W>>(
         let place = &field.balls[pairs.block + usize::from(me[l])].place;
         drifts[l] = plane.motion.velocity(&(place - plane.normal * heights[l]));
     }
-    L::unpack3(&drifts)
+    L::triples(drifts.each_ref())
 }
 
 /// Angular velocities of the planes, rad/s.
@@ -119,7 +119,7 @@ fn turning<const W: usize, L: Wide<W>>(field: &Field<'_>, them: &[u32; W]) -> Tr
     for l in 0..W {
         spins[l] = wall_spin(&field.planes.now[them[l] as usize].motion);
     }
-    L::unpack3(&spins)
+    L::triples(spins.each_ref())
 }
 
 /// Third sweep: adds the forces to the lines of the spheres.

@@ -1,10 +1,10 @@
 //! What contacts remember goes over from old lists to new ones, by the slots that spheres had before. O(listed pairs);
 //! cannot fail.
 
+use super::lanes::Triple;
 use super::law::Book;
 use super::setting::Setting;
 use super::state::List;
-use crate::num::Vec3;
 
 impl List {
     /// The touching entries only.
@@ -25,11 +25,11 @@ impl List {
         }
         let touching = std::mem::take(&mut self.book.touching);
         keep(&mut self.partner, &touching);
-        keep(&mut self.book.spring, &touching);
         keep(&mut self.book.lag, &touching);
         keep(&mut self.book.power, &touching);
-        keep(&mut self.book.normal, &touching);
-        keep(&mut self.book.pull, &touching);
+        for vectors in [&mut self.book.spring, &mut self.book.normal, &mut self.book.pull] {
+            vectors.all_mut().into_iter().for_each(|column| keep(column, &touching));
+        }
         self
     }
 
@@ -106,14 +106,17 @@ fn carry(setting: &Setting<'_>, old: Book, places: &[u32]) -> Book {
         let wanted = if wanted { places } else { &[] };
         wanted.iter().map(of).collect()
     }
-    let (kept, zero) = (setting.kept, Vec3::zeros());
+    let kept = setting.kept;
+    let vectors = |wanted: bool, old: Triple<Vec<f64>>| {
+        old.map(|column| moved((wanted, column), places, 0.0, |number| -number))
+    };
     let Book { spring, lag, power, normal, pull, .. } = old;
     Book {
         lag: moved((kept.damping, lag), places, 0.0, |lag| lag),
         power: moved((kept.friction && kept.damping, power), places, 0.0, |power| power),
-        spring: moved((kept.friction, spring), places, zero, |v| -v),
+        spring: vectors(kept.friction, spring),
         touching: places.iter().map(|place| *place != NEW).collect(),
-        normal: moved((kept.friction && kept.normals, normal), places, zero, |v| -v),
-        pull: moved((kept.friction && kept.pulls, pull), places, zero, |v| -v),
+        normal: vectors(kept.friction && kept.normals, normal),
+        pull: vectors(kept.friction && kept.pulls, pull),
     }
 }

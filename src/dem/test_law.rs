@@ -28,7 +28,9 @@ const KEPT: Kept = Kept { friction: true, damping: true, normals: true, pulls: f
 /// A book of one contact with this spring and normal.
 fn book_of(spring: Vec3, normal: Vec3) -> Book {
     let mut book = Book::open(1, KEPT);
-    (book.touching[0], book.spring[0], book.normal[0]) = (true, spring, normal);
+    book.touching[0] = true;
+    book.spring.put(0, spring);
+    book.normal.put(0, normal);
     book
 }
 
@@ -52,7 +54,7 @@ proptest! {
         match law.coulomb {
             Coulomb::Sum => prop_assert!(reply.tangent.norm() <= limit),
             Coulomb::SpringThenDashpot | Coulomb::Spring => {
-                prop_assert!(pair.kt * book.spring[0].norm() <= limit);
+                prop_assert!(pair.kt * book.spring.at(0).norm() <= limit);
             }
         }
         prop_assert!(reply.tangent.dot(&normal).abs() <= 1e-5 * reply.tangent.norm() + 1e-12);
@@ -87,7 +89,7 @@ proptest! {
             let reply = for_kind!(KEPT, law, K => advance::<K>(
                 &rule, &pair, &approach, true, (&mut book.view(), 0), &mut tally,
             ));
-            (reply, book.spring[0], tally)
+            (reply, book.spring.at(0), tally)
         };
         let (here, there) = (seen(&|v| v), seen(&|v| frame * v));
         let scale = here.0.tangent.norm() + 1e-9;
@@ -130,11 +132,11 @@ proptest! {
                 if let Some(earlier) = last {
                     sum -= (earlier + force).dot(&(now - before)) * 0.5;
                 } else {
-                    held -= 0.5 * pair.kn * now.z * now.z + 0.5 * pair.kt * book.spring[0].norm_squared();
+                    held -= 0.5 * pair.kn * now.z * now.z + 0.5 * pair.kt * book.spring.at(0).norm_squared();
                 }
                 last = Some(force);
                 if i == 2 * count {
-                    held += 0.5 * pair.kn * now.z * now.z + 0.5 * pair.kt * book.spring[0].norm_squared();
+                    held += 0.5 * pair.kn * now.z * now.z + 0.5 * pair.kt * book.spring.at(0).norm_squared();
                 }
             }
             (sum - held, pair.kn * deep * deep + pair.kt * reach * reach * (1.0 + tilt * tilt))

@@ -96,16 +96,16 @@ pub fn split_four<L: Wide<4>>(
     (v, w) = (v.map(|x| x * shrink), w * shrink);
     let inner = turned(v, -w, world);
     let inner = Triple { x: inner.x * light.x, y: inner.y * light.y, z: inner.z * light.z };
-    let mut spins = [Vec3::zeros(); 4];
-    L::pack3(turned(v, w, inner), &mut spins);
-    let mut parts = [[0.0; 4]; 4];
-    for (numbers, part) in parts.iter_mut().zip([v[0], v[1], v[2], w]) {
+    let spin = turned(v, w, inner);
+    let mut parts = [[0.0; 4]; 7];
+    for (numbers, part) in parts.iter_mut().zip([v[0], v[1], v[2], w, spin.x, spin.y, spin.z]) {
         part.store(numbers);
     }
-    let [i, j, k, w] = parts;
-    let mut after = [Rotation::identity(); 4];
+    let [i, j, k, w, x, y, z] = parts;
+    let (mut after, mut spins) = ([Rotation::identity(); 4], [Vec3::zeros(); 4]);
     for l in 0..4 {
         after[l] = Unit::new_unchecked(Quaternion::new(w[l], i[l], j[l], k[l]));
+        spins[l] = Vec3::new(x[l], y[l], z[l]);
     }
     (after, spins)
 }

@@ -127,16 +127,16 @@ pub fn hand_over<const DAMPING: bool>(
         });
         let Some(donor) = donor else { continue };
         hits[at].inherits = true;
-        book.spring[base + at] = book.spring[base + donor];
-        if let Some(normal) = book.normal.get(base + donor).copied() {
-            book.normal[base + at] = normal;
+        book.spring.put(base + at, book.spring.at(base + donor));
+        if let Some(normal) = book.normal.get(base + donor) {
+            book.normal.put(base + at, normal);
         }
         if DAMPING {
             book.lag[base + at] = book.lag[base + donor];
             book.power[base + at] = book.power[base + donor];
         }
-        if let Some(pull) = book.pull.get(base + donor).copied() {
-            book.pull[base + at] = pull;
+        if let Some(pull) = book.pull.get(base + donor) {
+            book.pull.put(base + at, pull);
         }
         if !hits[donor].touches {
             book.clear(base + donor);

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::dem::averaged::Meeting;
+use std::ops::{Deref, DerefMut};
 
 /// One quantity of all pairs of a sweep.
 #[derive(Debug, Clone, Copy)]
@@ -155,5 +156,88 @@ impl Triple<Column> {
         self.x.set(at, value.x);
         self.y.set(at, value.y);
         self.z.set(at, value.z);
+    }
+}
+
+impl<C: Deref<Target = [f64]>> Triple<C> {
+    /// The columns in groups of `W`, from entry `base`.
+    #[inline(always)]
+    pub fn groups<const W: usize>(&self, base: usize, count: usize) -> Triple<&[[f64; W]]> {
+        Triple {
+            x: groups(&self.x[base..], count),
+            y: groups(&self.y[base..], count),
+            z: groups(&self.z[base..], count),
+        }
+    }
+}
+
+impl<C: DerefMut<Target = [f64]>> Triple<C> {
+    /// The same, to be written.
+    #[inline(always)]
+    pub fn groups_mut<const W: usize>(
+        &mut self,
+        base: usize,
+        count: usize,
+    ) -> Triple<&mut [[f64; W]]> {
+        Triple {
+            x: groups_mut(&mut self.x, base, count),
+            y: groups_mut(&mut self.y, base, count),
+            z: groups_mut(&mut self.z, base, count),
+        }
+    }
+}
+
+impl<const W: usize, G: Deref<Target = [[f64; W]]>> Triple<G> {
+    /// The vectors of a group.
+    #[inline(always)]
+    pub fn load<L: Wide<W>>(&self, group: usize) -> Triple<L> {
+        Triple {
+            x: L::load(&self.x[group]),
+            y: L::load(&self.y[group]),
+            z: L::load(&self.z[group]),
+        }
+    }
+}
+
+impl<const W: usize> Triple<&mut [[f64; W]]> {
+    /// Writes the vectors of a group.
+    #[inline(always)]
+    pub fn store<L: Wide<W>>(&mut self, group: usize, value: Triple<L>) {
+        value.x.store(&mut self.x[group]);
+        value.y.store(&mut self.y[group]);
+        value.z.store(&mut self.z[group]);
+    }
+}
+
+/// A small book: what contacts taken out of their lists remember.
+pub struct Memories<const N: usize> {
+    touching: [bool; N],
+    spring: [[f64; N]; 3],
+    lag: [f64; N],
+    power: [f32; N],
+    normal: [[f64; N]; 3],
+    pull: [[f64; N]; 3],
+}
+
+impl<const N: usize> Memories<N> {
+    pub fn new() -> Self {
+        let zeros = [[0.0; N]; 3];
+        let (touching, lag, power) = ([false; N], [0.0; N], [0.0; N]);
+        Self { touching, spring: zeros, lag, power, normal: zeros, pull: zeros }
+    }
+
+    #[inline(always)]
+    pub fn view(&mut self) -> BookView<'_> {
+        fn columns<const N: usize>([x, y, z]: &mut [[f64; N]; 3]) -> Triple<&mut [f64]> {
+            Triple { x, y, z }
+        }
+        BookView {
+            touching: &mut self.touching,
+            spring: columns(&mut self.spring),
+            lag: &mut self.lag,
+            power: &mut self.power,
+            normal: columns(&mut self.normal),
+            pull: columns(&mut self.pull),
+        }
     }
 }

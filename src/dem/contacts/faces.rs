@@ -112,11 +112,11 @@ pub fn waiting<V: Version, K: Kind>(
         let bits = (0..V::WIDE).map(|l| scratch.touches[at + l] << l).sum();
         scratch.touches[at] = bits;
     }
-    let mut kept = Memories::default();
+    let mut kept = Memories::<SWEEP>::new();
+    let mut view = kept.view();
     let entries = || entry[..count].iter().map(|entry| *entry as usize).enumerate();
     for (at, entry) in entries() {
-        let past = book.recall::<K>(entry);
-        kept.view().keep::<K>(at, &past);
+        view.copy::<K>(at..at + 1, book, entry..entry + 1);
     }
     let pairs = Pairs {
         block,
@@ -126,7 +126,6 @@ pub fn waiting<V: Version, K: Kind>(
         kind: Second::Faces,
     };
     let pairs = check(pairs, field, scratch.pulls.len());
-    let mut view = kept.view();
     follow::<V, K>(field, (&view, 0), whole, scratch);
     V::answer::<K>(field, pairs, (&mut view, 0), scratch);
     if K::FRICTION {
@@ -135,42 +134,6 @@ pub fn waiting<V: Version, K: Kind>(
         V::deliver_planes::<false, true>(pairs, scratch);
     }
     for (at, entry) in entries() {
-        book.touching[entry] = kept.touching[at];
-        let past = kept.view().recall::<K>(at);
-        book.keep::<K>(entry, &past);
-    }
-}
-
-/// What the contacts of a sweep remember.
-struct Memories {
-    touching: [bool; SWEEP],
-    spring: [Vec3; SWEEP],
-    lag: [f64; SWEEP],
-    power: [f32; SWEEP],
-    normal: [Vec3; SWEEP],
-}
-
-impl Default for Memories {
-    fn default() -> Self {
-        Self {
-            touching: [false; SWEEP],
-            spring: [Vec3::zeros(); SWEEP],
-            lag: [0.0; SWEEP],
-            power: [0.0; SWEEP],
-            normal: [Vec3::zeros(); SWEEP],
-        }
-    }
-}
-
-impl Memories {
-    fn view(&mut self) -> BookView<'_> {
-        BookView {
-            touching: &mut self.touching,
-            spring: &mut self.spring,
-            lag: &mut self.lag,
-            power: &mut self.power,
-            normal: &mut self.normal,
-            pull: &mut [],
-        }
+        book.copy::<K>(entry..entry + 1, &view, at..at + 1);
     }
 }

@@ -21,6 +21,7 @@ mod faces;
 mod tests;
 pub mod version;
 
+use columns::Memories;
 pub use columns::{Scratch, groups, groups_mut, within};
 pub use faces::{Spot, answer_waiting, meet};
 
@@ -332,53 +333,11 @@ fn rest<V: Version, K: Kind>(
     let seats = if left.kind == Second::Balls { &seats[..] } else { &[] };
     let pairs = Pairs { first: &first, second: &second, seats, ..*pairs };
     let pairs = V::check(pairs, field, scratch.pulls.len());
-    let mut touching = [false; GROUP];
-    let (mut spring, mut normal) = ([Vec3::zeros(); GROUP], [Vec3::zeros(); GROUP]);
-    let (mut lag, mut power) = ([0.0; GROUP], [0.0; GROUP]);
-    let mut pull = [Vec3::zeros(); GROUP];
-    let rotated = K::FRICTION && K::HISTORY == History::Rotated;
-    let entries = from..from + count;
-    if K::FRICTION {
-        spring[..count].copy_from_slice(&whole.spring[entries.clone()]);
-    }
-    if rotated {
-        normal[..count].copy_from_slice(&whole.normal[entries.clone()]);
-    }
-    if K::DAMPING {
-        lag[..count].copy_from_slice(&whole.lag[entries.clone()]);
-    }
-    if K::FRICTION && K::DAMPING {
-        power[..count].copy_from_slice(&whole.power[entries.clone()]);
-    }
-    touching[..count].copy_from_slice(&whole.touching[entries.clone()]);
-    if K::DRAGS {
-        pull[..count].copy_from_slice(&whole.pull[entries.clone()]);
-    }
-    let mut book = BookView {
-        touching: &mut touching,
-        spring: &mut spring,
-        lag: &mut lag,
-        power: &mut power,
-        normal: &mut normal,
-        pull: &mut pull,
-    };
+    let mut few = Memories::<GROUP>::new();
+    let (mut book, entries) = (few.view(), from..from + count);
+    book.copy::<K>(0..count, whole, entries.clone());
     sweep::<V, K>(field, pairs, count, (&mut book, 0), scratch);
-    whole.touching[entries.clone()].copy_from_slice(&touching[..count]);
-    if K::FRICTION {
-        whole.spring[entries.clone()].copy_from_slice(&spring[..count]);
-    }
-    if rotated {
-        whole.normal[entries.clone()].copy_from_slice(&normal[..count]);
-    }
-    if K::DAMPING {
-        whole.lag[entries.clone()].copy_from_slice(&lag[..count]);
-    }
-    if K::DRAGS {
-        whole.pull[entries.clone()].copy_from_slice(&pull[..count]);
-    }
-    if K::FRICTION && K::DAMPING {
-        whole.power[entries].copy_from_slice(&power[..count]);
-    }
+    whole.copy::<K>(entries, &book, 0..count);
 }
 
 /// `W` entries from `at`.
@@ -503,15 +462,15 @@ fn carry<const W: usize, L: Wide<W>, const HISTORY: u8>(
     type Way<const HISTORY: u8> = Variant<true, true, 0, HISTORY>;
     let rule = *field.rule;
     let whole = count / W;
-    let springs = groups::<W, _>(&book.spring[base..], whole);
-    let normals = if HISTORY == 2 { groups(&book.normal[base..], whole) } else { &[] };
+    let springs = book.spring.groups::<W>(base, whole);
+    let normals = if HISTORY == 2 { book.normal.groups(base, whole) } else { Triple::default() };
     for group in 0..whole {
         let at = within::<W>(group * W);
         let mut old = Past::none();
         let mut spins = Triple::zero();
-        old.spring = L::unpack3(&springs[group]);
+        old.spring = springs.load(group);
         if HISTORY == 2 {
-            old.normal = L::unpack3(&normals[group]);
+            old.normal = normals.load(group);
             spins = scratch.spins.get(at);
         }
         let unit = scratch.unit.get(at);
@@ -536,9 +495,9 @@ fn answer<const W: usize, L: Wide<W>, K: Kind>(
     let whole = pairs.first.len() / W;
     let of = |wanted: bool| if wanted { whole } else { 0 };
     let touching = groups_mut::<W, _>(book.touching, base, whole);
-    let spring = groups_mut::<W, _>(book.spring, base, of(K::FRICTION));
+    let mut spring = book.spring.groups_mut::<W>(base, of(K::FRICTION));
     let turned = K::FRICTION && K::HISTORY == History::Rotated;
-    let normals = groups_mut::<W, _>(book.normal, base, of(turned));
+    let mut normals = book.normal.groups_mut::<W>(base, of(turned));
     let lag = groups_mut::<W, _>(book.lag, base, of(K::DAMPING));
     let power = groups_mut::<W, _>(book.power, base, of(K::FRICTION && K::DAMPING));
     for group in 0..whole {
@@ -570,9 +529,9 @@ fn answer<const W: usize, L: Wide<W>, K: Kind>(
         touching[group] = *chunk(&ANSWERS[bits as usize], 0);
         let unit = approach.normal;
         if K::FRICTION {
-            L::pack3(past.spring, &mut spring[group]);
+            spring.store(group, past.spring);
             if K::HISTORY == History::Rotated {
-                L::pack3(past.normal, &mut normals[group]);
+                normals.store(group, past.normal);
             }
             scratch.push.set(at, unit * normal + tangent);
             scratch.couple.set(at, unit.cross(tangent));

@@ -79,7 +79,9 @@ fn passes<V: Version>(setting: &Setting<'_>, state: &State) -> Bits {
         let loads = state.loads.iter().flat_map(|l| l.force.iter().chain(l.torque.iter()));
         bits.extend(loads.map(|x| x.to_bits()));
         for book in [&state.pairs.book, &state.planes.book, &faces] {
-            bits.extend(book.spring.iter().chain(&book.pull).flatten().map(|x| x.to_bits()));
+            for column in [&book.spring, &book.normal, &book.pull].map(Triple::all).as_flattened() {
+                bits.extend(column.iter().map(|x| x.to_bits()));
+            }
             bits.extend(book.lag.iter().map(|x| x.to_bits()));
             bits.extend(book.power.iter().map(|x| u64::from(x.to_bits())));
             bits.extend(book.touching.iter().map(|t| u64::from(*t)));

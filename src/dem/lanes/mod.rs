@@ -12,6 +12,7 @@
 //! writes go through references to arrays of the full length.
 
 use crate::num::Vec3;
+use serde::{Deserialize, Serialize};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Numbers side by side.
@@ -102,8 +103,8 @@ impl Lanes for f64 {
     }
 }
 
-/// Vectors side by side.
-#[derive(Debug, Clone, Copy, Default)]
+/// Vectors side by side, or in columns (see [`vectors`]).
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Triple<L> {
     /// Component along x.
     pub x: L,
@@ -113,18 +114,20 @@ pub struct Triple<L> {
     pub z: L,
 }
 
+impl<A> Triple<A> {
+    /// `change` of every component.
+    #[inline(always)]
+    pub fn map<B>(self, change: impl Fn(A) -> B) -> Triple<B> {
+        Triple { x: change(self.x), y: change(self.y), z: change(self.z) }
+    }
+}
+
 impl<L: Lanes> Triple<L> {
     /// 0 everywhere.
     #[inline(always)]
     pub fn zero() -> Self {
         let zero = L::splat(0.0);
         Self { x: zero, y: zero, z: zero }
-    }
-
-    /// `change` of every component.
-    #[inline(always)]
-    pub fn map(self, change: impl Fn(L) -> L) -> Self {
-        Self { x: change(self.x), y: change(self.y), z: change(self.z) }
     }
 
     /// Scalar product.
@@ -235,10 +238,6 @@ pub trait Wide<const W: usize>: Lanes {
     fn three(value: &Vec3) -> Self;
     /// Writes the first three numbers.
     fn keep_three(self, value: &mut Vec3);
-    /// `W` vectors that follow each other.
-    fn unpack3(values: &[Vec3; W]) -> Triple<Self>;
-    /// Writes them.
-    fn pack3(columns: Triple<Self>, values: &mut [Vec3; W]);
     /// `W` numbers in single precision that follow each other.
     fn load_single(values: &[f32; W]) -> Self;
     /// Writes them, rounded to the nearest.
@@ -254,6 +253,7 @@ pub trait Wide<const W: usize>: Lanes {
 }
 
 mod plain;
+mod vectors;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 

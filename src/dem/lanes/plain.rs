@@ -142,15 +142,6 @@ impl Wide<4> for Plain {
         *value = Vec3::new(self.0[0], self.0[1], self.0[2]);
     }
     #[inline(always)]
-    fn unpack3(values: &[Vec3; 4]) -> Triple<Self> {
-        Self::triples(values.each_ref())
-    }
-    #[inline(always)]
-    fn pack3(columns: Triple<Self>, values: &mut [Vec3; 4]) {
-        let Triple { x, y, z } = columns;
-        *values = from_fn(|l| Vec3::new(x.0[l], y.0[l], z.0[l]));
-    }
-    #[inline(always)]
     fn load_single(values: &[f32; 4]) -> Self {
         Self(values.map(f64::from))
     }

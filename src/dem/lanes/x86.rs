@@ -261,37 +261,6 @@ impl Wide<4> for Four {
         }
     }
     #[inline(always)]
-    fn unpack3(values: &[Vec3; 4]) -> Triple<Self> {
-        let at = values.as_ptr().cast::<f64>();
-        // SAFETY: see above; four vectors are twelve numbers.
-        unsafe {
-            let (a, b, c) =
-                (_mm256_loadu_pd(at), _mm256_loadu_pd(at.add(4)), _mm256_loadu_pd(at.add(8)));
-            let d = _mm256_blend_pd::<0b1100>(a, b);
-            let e = _mm256_permute2f128_pd::<0x21>(a, c);
-            let f = _mm256_blend_pd::<0b1100>(b, c);
-            Triple {
-                x: Self(_mm256_shuffle_pd::<0b1010>(d, e)),
-                y: Self(_mm256_shuffle_pd::<0b0101>(d, f)),
-                z: Self(_mm256_shuffle_pd::<0b1010>(e, f)),
-            }
-        }
-    }
-    #[inline(always)]
-    fn pack3(columns: Triple<Self>, values: &mut [Vec3; 4]) {
-        let Triple { x: Self(x), y: Self(y), z: Self(z) } = columns;
-        let at = values.as_mut_ptr().cast::<f64>();
-        // SAFETY: see above; four vectors are twelve numbers.
-        unsafe {
-            let d = _mm256_unpacklo_pd(x, y);
-            let e = _mm256_shuffle_pd::<0b1010>(z, x);
-            let f = _mm256_unpackhi_pd(y, z);
-            _mm256_storeu_pd(at, _mm256_permute2f128_pd::<0x20>(d, e));
-            _mm256_storeu_pd(at.add(4), _mm256_blend_pd::<0b1100>(f, d));
-            _mm256_storeu_pd(at.add(8), _mm256_permute2f128_pd::<0x31>(e, f));
-        }
-    }
-    #[inline(always)]
     fn load_single(values: &[f32; 4]) -> Self {
         // SAFETY: see above.
         Self(unsafe { _mm256_cvtps_pd(_mm_loadu_ps(values.as_ptr())) })
@@ -457,14 +426,6 @@ fn masked(value: &Vec3) -> __m256d {
     unsafe { _mm256_maskz_loadu_pd(0b111, value.as_ptr()) }
 }
 
-/// Picks numbers out of two registers: 0..8 of the first, 8..16 of the second.
-#[inline(always)]
-fn mix(a: __m512d, b: __m512d, from: [i64; 8]) -> __m512d {
-    let [q, r, s, t, u, v, w, x] = from;
-    // SAFETY: see above.
-    unsafe { _mm512_permutex2var_pd(a, _mm512_set_epi64(x, w, v, u, t, s, r, q), b) }
-}
-
 impl Wide<8> for Eight {
     type Row = __m512d;
     #[inline(always)]
@@ -567,33 +528,6 @@ impl Wide<8> for Eight {
     fn keep_three(self, value: &mut Vec3) {
         // SAFETY: see above.
         unsafe { _mm512_mask_storeu_pd(value.as_mut_ptr(), 0b111, self.0) }
-    }
-    #[inline(always)]
-    fn unpack3(values: &[Vec3; 8]) -> Triple<Self> {
-        let at = values.as_ptr().cast::<f64>();
-        // SAFETY: see above; eight vectors are twenty-four numbers.
-        let [a, b, c] = unsafe {
-            [_mm512_loadu_pd(at), _mm512_loadu_pd(at.add(8)), _mm512_loadu_pd(at.add(16))]
-        };
-        Triple {
-            x: Self(mix(mix(a, b, [0, 3, 6, 9, 12, 15, 0, 0]), c, [0, 1, 2, 3, 4, 5, 10, 13])),
-            y: Self(mix(mix(a, b, [1, 4, 7, 10, 13, 0, 0, 0]), c, [0, 1, 2, 3, 4, 8, 11, 14])),
-            z: Self(mix(mix(a, b, [2, 5, 8, 11, 14, 0, 0, 0]), c, [0, 1, 2, 3, 4, 9, 12, 15])),
-        }
-    }
-    #[inline(always)]
-    fn pack3(columns: Triple<Self>, values: &mut [Vec3; 8]) {
-        let Triple { x: Self(x), y: Self(y), z: Self(z) } = columns;
-        let at = values.as_mut_ptr().cast::<f64>();
-        let a = mix(mix(x, y, [0, 8, 0, 1, 9, 0, 2, 10]), z, [0, 1, 8, 3, 4, 9, 6, 7]);
-        let b = mix(mix(x, y, [0, 3, 11, 0, 4, 12, 0, 5]), z, [10, 1, 2, 11, 4, 5, 12, 7]);
-        let c = mix(mix(x, y, [13, 0, 6, 14, 0, 7, 15, 0]), z, [0, 13, 2, 3, 14, 5, 6, 15]);
-        // SAFETY: see above; eight vectors are twenty-four numbers.
-        unsafe {
-            _mm512_storeu_pd(at, a);
-            _mm512_storeu_pd(at.add(8), b);
-            _mm512_storeu_pd(at.add(16), c);
-        }
     }
     #[inline(always)]
     fn load_single(values: &[f32; 8]) -> Self {
