@@ -2,11 +2,12 @@
 
 use super::forces::{Workspace, evaluate};
 use super::law::Rule;
+use super::motion::Leap;
 use super::setting::Setting;
 use super::state::{Load, State};
 use super::{
     DemError, Observer, Summary, arrive, averaged_motion, bond, checkpoint, extra, guard, handover,
-    ledger, leeway, limit, lost, motion, neighbours, pushes, servo, zeroing,
+    ledger, leeway, limit, lost, motion, neighbours, onward, pushes, servo, zeroing,
 };
 use crate::model::{Cost, Model, Outcome, Scheme};
 use crate::num::{Job, Vec3, clock};
@@ -73,7 +74,9 @@ pub fn simulate(
     // at velocities in between, it is done together with the first of the next step.
     let mut owed = false;
     while stopped.is_none() && state.step < model.plan.steps {
-        if job.is_cancelled() {
+        let cancelled = job.is_cancelled();
+        // Spheres that are ahead of the step have to be waited for.
+        if cancelled && work.margin.went.is_none() {
             if owed {
                 motion::finish(&setting, &mut state);
             }
@@ -83,7 +86,8 @@ pub fn simulate(
             outcome = Some(Outcome::Cancelled { step: state.step });
             break;
         }
-        owed = one_step(&mut setting, &mut state, &mut work, owed);
+        owed =
+            one_step(&mut setting, &mut state, &mut work, (owed, (!cancelled).then_some(&watch)));
         stopped = watch.after_step(&setting, &state).or_else(|| arrive::blocked(&setting, &state));
         if stopped.is_some() && owed {
             motion::finish(&setting, &mut state);
@@ -184,12 +188,12 @@ fn keep_the_good(
 }
 
 /// From one force pass to just after the next. `owed` in and out: whether the second half
-/// kick is still to be done.
+/// kick is still to be done. Spheres go ahead of the step only if `watch` does not look at it; `None` if it is the last.
 fn one_step(
     setting: &mut Setting<'_>,
     state: &mut State,
     work: &mut Workspace,
-    owed: bool,
+    (owed, watch): (bool, Option<&guard::Watch>),
 ) -> bool {
     if setting.scheme == Scheme::PathAveraged {
         averaged_step(setting, state, work);
@@ -203,8 +207,11 @@ fn one_step(
         work.forget_lists();
         neighbours::rebuild(setting, state, &work.crew);
     }
-    force_pass(setting, state, work, false);
     let owed = !is_due(setting, state.step);
+    let unseen = owed && watch.is_some_and(|watch| !watch.looks_at(state));
+    let leap = Leap::new(setting, state, owed);
+    let ahead = unseen && work.crew.size() == 1 && onward::fits(setting, state);
+    pass(setting, state, work, (false, ahead.then_some(&leap)));
     if !owed {
         motion::finish(setting, state);
     }
@@ -288,13 +295,23 @@ pub(super) fn force_pass(
     work: &mut Workspace,
     first: bool,
 ) {
+    pass(setting, state, work, (first, None));
+}
+
+/// The same; spheres go `onward` during it where that is given.
+fn pass(
+    setting: &Setting<'_>,
+    state: &mut State,
+    work: &mut Workspace,
+    (first, onward): (bool, Option<&Leap>),
+) {
     let rule = Rule {
         law: setting.law,
         advance: if first && setting.scheme != Scheme::Yade { 0.0 } else { setting.step },
         interval: if first { 0.0 } else { setting.step },
         bare_slip: setting.scheme == Scheme::Lammps,
     };
-    let mut tally = evaluate(setting, state, work, &rule);
+    let mut tally = evaluate(setting, state, work, (&rule, onward));
     tally += bond::pass(setting, state, &rule, first);
     let (extra, attraction) = extra::pass(setting, state, &rule);
     tally += extra;

@@ -67,6 +67,13 @@ pub struct Watch {
 }
 
 impl Watch {
+    /// Whether [`Watch::after_step`] will look at the present step.
+    pub fn looks_at(&self, state: &State) -> bool {
+        // Three loads in a row are compared, once every `EVERY` steps.
+        let compared = state.step % EVERY >= EVERY - 3;
+        compared || state.step.is_multiple_of(EVERY) || state.rebuilds != self.rebuilds
+    }
+
     /// To be called after each step, with places at `state.step` times the step. Why the run
     /// must stop; `None` if all is well.
     pub fn after_step(&mut self, setting: &Setting<'_>, state: &State) -> Option<String> {
@@ -77,7 +84,6 @@ impl Watch {
             self.rebuilds = state.rebuilds;
             stop = self.look(setting, state, due);
         }
-        // Three loads in a row, once every `EVERY` steps.
         if stop.is_none() && state.step % EVERY >= EVERY - 3 {
             stop = self.compare(setting, state);
         }

@@ -12,7 +12,7 @@
 use super::crew::Crew;
 #[cfg(target_arch = "x86_64")]
 use super::lanes::Four;
-use super::lanes::{Plain, Wide};
+use super::lanes::{Line, Plain, Wide};
 use super::setting::Setting;
 use super::state::{Ball, Lightness, Lights, Load, Solid, State};
 use super::turn;
@@ -44,16 +44,17 @@ pub fn advance(
     (crew, margin): (&Crew, &mut Margin),
     owed: bool,
 ) -> bool {
-    let step = setting.step;
-    let kick = if setting.scheme == Scheme::Yade { step } else { 0.5 * step };
+    let leap = Leap::new(setting, state, owed);
+    let Leap { kick, owed, .. } = leap;
     margin.follow(setting, state, crew);
     state.step += 1;
-    let owed = owed && setting.scheme != Scheme::Yade;
     let mut far = walls_are_far(setting, state);
     if state.solids.len() < setting.model.bodies.len() {
-        let mixed = !state.solids.is_empty() || !setting.model.arrivals.is_empty();
-        let leap = Leap { kick, owed, mixed };
-        far |= move_alone(setting, state, crew, &leap, margin);
+        let fast = match margin.went.take() {
+            Some(Went { fast }) => fast,
+            None => move_alone(setting, state, crew, &leap, margin),
+        };
+        far |= margin.used_up(setting, state, crew, fast);
     }
     if owed {
         kick_solids(setting, state, kick);
@@ -92,6 +93,15 @@ pub struct Margin {
     pace: Vec<f32>,
     /// Steps without a look that are left while no ball is faster.
     left: u64,
+    /// The balls have moved on in the last force pass already.
+    pub went: Option<Went>,
+}
+
+/// A move of all balls.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Went {
+    /// Whether one was faster than its pace.
+    pub fast: bool,
 }
 
 impl Margin {
@@ -105,12 +115,26 @@ impl Margin {
     const ROUNDING: f64 = 1.0 - 1e-6;
 
     /// Looks at the balls of new lists.
-    fn follow(&mut self, setting: &Setting<'_>, state: &State, crew: &Crew) {
+    pub fn follow(&mut self, setting: &Setting<'_>, state: &State, crew: &Crew) {
         if self.lists != state.rebuilds || self.pace.len() != state.balls.len() {
             self.lists = state.rebuilds;
             self.pace.resize(state.balls.len(), 0.0);
             self.look(setting, state, crew);
         }
+    }
+
+    /// After a move: whether a ball has used up its leeway.
+    fn used_up(&mut self, setting: &Setting<'_>, state: &State, crew: &Crew, fast: bool) -> bool {
+        if self.left > 0 && !fast {
+            self.left -= 1;
+            return false;
+        }
+        self.look(setting, state, crew)
+    }
+
+    /// Farthest along each axis that each ball may go in a step to be counted without a look, m.
+    pub fn paces(&self) -> &[f32] {
+        &self.pace
     }
 
     /// Looks how far balls are from where they were when the lists were built, and how fast; true if one has used up its
@@ -155,7 +179,7 @@ fn within(way: &Vec3, leeway: f32) -> bool {
 }
 
 /// How balls that are bodies by themselves go on.
-struct Leap {
+pub struct Leap {
     /// Time of a kick, s.
     kick: f64,
     /// Whether to kick twice.
@@ -164,113 +188,157 @@ struct Leap {
     mixed: bool,
 }
 
+impl Leap {
+    /// From the present step to the next. `owed`: see [`advance`].
+    pub fn new(setting: &Setting<'_>, state: &State, owed: bool) -> Self {
+        let yade = setting.scheme == Scheme::Yade;
+        Self {
+            kick: if yade { setting.step } else { 0.5 * setting.step },
+            owed: owed && !yade,
+            mixed: !state.solids.is_empty() || !setting.model.arrivals.is_empty(),
+        }
+    }
+}
+
+/// Force and torque on a ball, as the pass leaves them.
+pub trait Pull {
+    /// Force, N, and a 0.
+    fn force<L: Wide<4>>(&self) -> L;
+    /// Torque, N m, and a 0.
+    fn torque<L: Wide<4>>(&self) -> L;
+}
+
+impl Pull for Load {
+    #[inline(always)]
+    fn force<L: Wide<4>>(&self) -> L {
+        L::three(&self.force)
+    }
+    #[inline(always)]
+    fn torque<L: Wide<4>>(&self) -> L {
+        L::three(&self.torque)
+    }
+}
+
+impl Pull for Line {
+    #[inline(always)]
+    fn force<L: Wide<4>>(&self) -> L {
+        let [x, y, z, none, ..] = self.0;
+        L::load(&[x, y, z, none])
+    }
+    #[inline(always)]
+    fn torque<L: Wide<4>>(&self) -> L {
+        let [.., x, y, z, none] = self.0;
+        L::load(&[x, y, z, none])
+    }
+}
+
 /// Some balls with what belongs to them.
-struct Flock<'a> {
-    balls: &'a mut [Ball],
+pub struct Flock<'a, P> {
+    /// Balls.
+    pub balls: &'a mut [Ball],
     /// Empty if nothing turns.
-    spins: &'a mut [Vec3],
-    loads: &'a [Load],
+    pub spins: &'a mut [Vec3],
+    /// What acts on them.
+    pub pulls: &'a [P],
     /// Number of the first.
-    first: usize,
+    pub first: usize,
     /// See [`Margin`], m.
-    pace: &'a [f32],
-    /// Whether one was faster than its pace.
-    fast: bool,
+    pub pace: &'a [f32],
 }
 
 /// Spheres that a thread moves at a time.
 const FLOCK: usize = 1024;
 
-/// Kicks and moves the balls that are bodies by themselves; true if one went too far.
+/// Kicks and moves the balls that are bodies by themselves; true if one was faster than its pace.
 fn move_alone(
     setting: &Setting<'_>,
     state: &mut State,
     crew: &Crew,
     leap: &Leap,
-    margin: &mut Margin,
+    margin: &Margin,
 ) -> bool {
     // Without rotation no chunks: every flock gets none.
     let mut spins = state.spins.chunks_mut(FLOCK);
     let lights = &state.light;
-    let mut flocks: Vec<Flock<'_>> = state
+    let mut flocks: Vec<(Flock<'_, Load>, bool)> = state
         .balls
         .chunks_mut(FLOCK)
         .zip(state.loads.chunks(FLOCK).zip(margin.pace.chunks(FLOCK)))
         .enumerate()
-        .map(|(number, (balls, (loads, pace)))| {
+        .map(|(number, (balls, (pulls, pace)))| {
             let spins = spins.next().unwrap_or_default();
-            let first = number * FLOCK;
-            Flock { balls, spins, loads, first, pace, fast: false }
+            (Flock { balls, spins, pulls, first: number * FLOCK, pace }, false)
         })
         .collect();
-    crew.share(&mut flocks, &mut vec![(); crew.size()], |flock, ()| {
-        flock.fast = !go(setting, lights, flock, leap);
+    crew.share(&mut flocks, &mut vec![(); crew.size()], |(flock, fast), ()| {
+        *fast = !go(setting, lights, flock, leap);
     });
-    if margin.left > 0 && flocks.iter().all(|flock| !flock.fast) {
-        margin.left -= 1;
-        return false;
-    }
-    margin.look(setting, state, crew)
+    flocks.iter().any(|(_, fast)| *fast)
 }
 
 /// [`go_by`] with the lanes that this processor has.
-fn go(setting: &Setting<'_>, lights: &Lights, flock: &mut Flock<'_>, leap: &Leap) -> bool {
+pub fn go<P: Pull>(
+    setting: &Setting<'_>,
+    lights: &Lights,
+    flock: &mut Flock<'_, P>,
+    leap: &Leap,
+) -> bool {
     #[cfg(target_arch = "x86_64")]
     if is_x86_feature_detected!("avx2") {
         #[target_feature(enable = "avx2")]
-        fn with_avx2(
+        fn with_avx2<P: Pull>(
             setting: &Setting<'_>,
             lights: &Lights,
-            flock: &mut Flock<'_>,
+            flock: &mut Flock<'_, P>,
             leap: &Leap,
         ) -> bool {
-            go_by::<Four>(setting, lights, flock, leap)
+            go_by::<Four, P>(setting, lights, flock, leap)
         }
         // SAFETY: the processor has what the function asks for.
         return unsafe { with_avx2(setting, lights, flock, leap) };
     }
-    go_by::<Plain>(setting, lights, flock, leap)
+    go_by::<Plain, P>(setting, lights, flock, leap)
 }
 
 /// Kicks and moves the balls that are bodies by themselves, the three numbers of a vector side by side. True
 /// if none was faster than the pace.
 #[inline(always)]
-fn go_by<L: Wide<4>>(
+fn go_by<L: Wide<4>, P: Pull>(
     setting: &Setting<'_>,
     lights: &Lights,
-    flock: &mut Flock<'_>,
+    flock: &mut Flock<'_, P>,
     leap: &Leap,
 ) -> bool {
     if leap.mixed {
-        return by_light::<L, true>(setting, lights, flock, leap);
+        return by_light::<L, P, true>(setting, lights, flock, leap);
     }
-    by_light::<L, false>(setting, lights, flock, leap)
+    by_light::<L, P, false>(setting, lights, flock, leap)
 }
 
 /// [`go_by`] where some balls may not be bodies by themselves, or all are.
 #[inline(always)]
-fn by_light<L: Wide<4>, const MIXED: bool>(
+fn by_light<L: Wide<4>, P: Pull, const MIXED: bool>(
     setting: &Setting<'_>,
     lights: &Lights,
-    flock: &mut Flock<'_>,
+    flock: &mut Flock<'_, P>,
     leap: &Leap,
 ) -> bool {
     let first = flock.first;
     let own = |at: usize| lights.at(first + at);
     match (lights.same(), leap.owed) {
-        (Some(light), true) => each::<L, MIXED, true>(setting, |_| light, flock, leap),
-        (Some(light), false) => each::<L, MIXED, false>(setting, |_| light, flock, leap),
-        (None, true) => each::<L, MIXED, true>(setting, own, flock, leap),
-        (None, false) => each::<L, MIXED, false>(setting, own, flock, leap),
+        (Some(light), true) => each::<L, P, MIXED, true>(setting, |_| light, flock, leap),
+        (Some(light), false) => each::<L, P, MIXED, false>(setting, |_| light, flock, leap),
+        (None, true) => each::<L, P, MIXED, true>(setting, own, flock, leap),
+        (None, false) => each::<L, P, MIXED, false>(setting, own, flock, leap),
     }
 }
 
 /// [`go_by`] with one kick or two.
 #[inline(always)]
-fn each<L: Wide<4>, const MIXED: bool, const OWED: bool>(
+fn each<L: Wide<4>, P: Pull, const MIXED: bool, const OWED: bool>(
     setting: &Setting<'_>,
     light: impl Fn(usize) -> Lightness,
-    flock: &mut Flock<'_>,
+    flock: &mut Flock<'_, P>,
     leap: &Leap,
 ) -> bool {
     let (gravity, step, kick) =
@@ -280,13 +348,13 @@ fn each<L: Wide<4>, const MIXED: bool, const OWED: bool>(
         motion + gain
     };
     let mut slow = L::all(true);
-    let loads = flock.loads.iter().zip(flock.pace);
-    for (at, (ball, (load, pace))) in flock.balls.iter_mut().zip(loads).enumerate() {
+    let pulls = flock.pulls.iter().zip(flock.pace);
+    for (at, (ball, (pull, pace))) in flock.balls.iter_mut().zip(pulls).enumerate() {
         if MIXED && !ball.alone {
             continue;
         }
         let pace = L::splat(f64::from(*pace));
-        let gain = (L::three(&load.force) * L::splat(light(at).mass) + gravity) * kick;
+        let gain = (pull.force::<L>() * L::splat(light(at).mass) + gravity) * kick;
         let velocity = kicked(&ball.velocity, gain);
         let way = velocity * step;
         let place = L::three(&ball.place) + way;
@@ -294,8 +362,8 @@ fn each<L: Wide<4>, const MIXED: bool, const OWED: bool>(
         place.keep_three(&mut ball.place);
         slow = L::both(slow, way.abs().at_most(pace));
     }
-    for (at, (spin, load)) in flock.spins.iter_mut().zip(flock.loads).enumerate() {
-        let gain = L::three(&load.torque) * L::splat(light(at).inertia * leap.kick);
+    for (at, (spin, pull)) in flock.spins.iter_mut().zip(flock.pulls).enumerate() {
+        let gain = pull.torque::<L>() * L::splat(light(at).inertia * leap.kick);
         kicked(spin, gain).keep_three(spin);
     }
     L::bits(slow) == 0b1111

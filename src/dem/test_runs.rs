@@ -5,6 +5,10 @@ use super::test_scenes::*;
 use super::*;
 use crate::model::*;
 use crate::num::Vec3;
+use crate::num::job::Silent;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 /// Largest difference of positions [radii] and velocities [m/s] between a run and its twin.
 fn against_twin(mut model: Model, steps: u64) -> f64 {
@@ -140,6 +144,48 @@ fn threads_change_no_bit() {
             assert_eq!(runs[0].series, other.series);
             assert_eq!(runs[0].touches, other.touches);
         }
+    }
+}
+
+/// Spheres go on during the force passes that nobody looks at, and after the others.
+#[test]
+fn what_is_looked_at_changes_no_bit() {
+    let grains = |scheme| mixed(scheme, Dimension::Three, false, true, 3);
+    for scheme in SCHEMES {
+        for (mut model, steps) in [(grains(scheme), 400), (crowd(scheme), 30)] {
+            model.plan.steps = steps;
+            let unseen = finish(&model);
+            model.plan.series_every = 1;
+            let seen = finish(&model);
+            assert_eq!(unseen.frames.last(), seen.frames.last(), "{scheme:?}");
+            assert_eq!(unseen.series.last(), seen.series.last(), "{scheme:?}");
+            assert_eq!(unseen.touches, seen.touches, "{scheme:?}");
+        }
+    }
+}
+
+#[test]
+fn a_run_that_is_cancelled_goes_on_as_if_it_had_not_been() {
+    for scheme in SCHEMES {
+        let mut model = mixed(scheme, Dimension::Three, false, false, 3);
+        (model.plan.steps, model.plan.guard.lost) = (20_000, Lost::GoOn);
+        let whole = finish(&model);
+        let cancelled = Arc::new(AtomicBool::new(false));
+        let job = Job::new(1, Arc::new(Silent), Arc::clone(&cancelled));
+        let mut log = Log::default();
+        let outcome = std::thread::scope(|scope| {
+            scope.spawn(|| {
+                std::thread::sleep(Duration::from_millis(10));
+                cancelled.store(true, Ordering::Relaxed);
+            });
+            simulate(&model, None, &job, &mut log).expect("usable").outcome
+        });
+        assert!(matches!(outcome, Outcome::Cancelled { step: 1.. }), "{outcome:?}");
+        let checkpoint = log.checkpoints.last().expect("a checkpoint");
+        let mut log = Log::default();
+        let rest = simulate(&model, Some(checkpoint), &Job::quiet(), &mut log).expect("usable");
+        assert_eq!(whole.frames.last(), log.frames.last(), "{scheme:?}");
+        assert_eq!(whole.touches, Some(rest.touches), "{scheme:?}");
     }
 }
 
@@ -290,8 +336,7 @@ fn guard_stops_bodies_that_would_tunnel() {
 fn cancelling_is_an_outcome() {
     let mut model = mixed(Scheme::Leapfrog, Dimension::Three, false, false, 1);
     model.plan.steps = 1000;
-    let flag = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(true));
-    let job = Job::new(1, std::sync::Arc::new(crate::num::job::Silent), flag);
+    let job = Job::new(1, Arc::new(Silent), Arc::new(AtomicBool::new(true)));
     let run = run(&model, &job).expect("a usable model");
     assert_eq!(run.outcome, Outcome::Cancelled { step: 0 });
 }

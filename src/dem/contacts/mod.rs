@@ -121,6 +121,10 @@ impl<'a> Checked<'a> {
 
 /// Part of the results that belongs to one block.
 pub struct Part<'a> {
+    /// Its pairs.
+    pub pairs: Pairs<'a>,
+    /// The planes at it.
+    pub at_planes: Pairs<'a>,
     /// Loads of its spheres.
     pub loads: &'a mut [Load],
     /// Entries of the book that belong to its pairs.
@@ -131,44 +135,78 @@ pub struct Part<'a> {
     pub strangers: &'a mut [Load],
 }
 
-/// Answers all pairs whose first sphere is in the block, then its planes. To be followed by
-/// [`finish`], before which triangles may be answered.
-pub fn block<K: Kind>(
-    field: &Field<'_>,
-    pairs: [Pairs<'_>; 2],
-    part: &mut Part<'_>,
-    scratch: &mut Scratch,
-) {
-    #[cfg(target_arch = "x86_64")]
-    {
-        if Eight::is_here() {
-            return all::<Eight, K>(field, pairs, part, scratch);
-        }
-        if Four::is_here() {
-            return all::<Four, K>(field, pairs, part, scratch);
-        }
-    }
-    all::<Plain, K>(field, pairs, part, scratch)
+/// The spheres of a pass, while the pairs of a block are answered one sweep after the other.
+pub trait Bodies {
+    /// Spheres and their angular velocities.
+    fn now(&self) -> (&[Ball], &[Vec3]);
+    /// Hears that the pass no longer needs the spheres of the block before `place`: they have all of their `pulls`
+    /// but those of earlier blocks, and no later pair looks at them, since each stands at its first sphere.
+    fn left_behind(&mut self, place: usize, pulls: &mut [Line]);
 }
 
-/// [`block`] with one version.
-fn all<V: Version, K: Kind>(
+/// Spheres that wait for the end of the pass.
+pub struct Waiters<'a>(pub &'a [Ball], pub &'a [Vec3]);
+
+impl Bodies for Waiters<'_> {
+    fn now(&self) -> (&[Ball], &[Vec3]) {
+        (self.0, self.1)
+    }
+    fn left_behind(&mut self, _: usize, _: &mut [Line]) {}
+}
+
+/// Calls a function with the lanes that this processor has.
+macro_rules! with_lanes {
+    ($lanes:ident => $call:expr) => {{
+        #[cfg(target_arch = "x86_64")]
+        {
+            if Eight::is_here() {
+                type $lanes = Eight;
+                return $call;
+            }
+            if Four::is_here() {
+                type $lanes = Four;
+                return $call;
+            }
+        }
+        type $lanes = Plain;
+        $call
+    }};
+}
+
+/// Answers the planes at a block. To be followed by triangles, then by [`between`], then by [`finish`] or
+/// [`hand_on`].
+pub fn at_planes<K: Kind>(field: &Field<'_>, part: &mut Part<'_>, scratch: &mut Scratch) {
+    with_lanes!(L => begin::<L, K>(field, part, scratch))
+}
+
+/// [`at_planes`] with one version.
+fn begin<V: Version, K: Kind>(field: &Field<'_>, part: &mut Part<'_>, scratch: &mut Scratch) {
+    (scratch.sums, scratch.power) = ([[0.0; GROUP]; 3], [0.0; GROUP]);
+    scratch.pulls.resize(part.loads.len() + part.strangers.len(), ZEROS);
+    let mut bodies = Waiters(field.balls, field.spins);
+    sweeps::<V, K, _>(field, &mut bodies, part.at_planes, &mut part.planes, scratch);
+}
+
+/// Answers all pairs whose first sphere is in the block. `field` need not have the spheres.
+pub fn between<K: Kind, B: Bodies>(
     field: &Field<'_>,
-    [pairs, planes]: [Pairs<'_>; 2],
+    bodies: &mut B,
     part: &mut Part<'_>,
     scratch: &mut Scratch,
 ) {
-    (scratch.sums, scratch.power) = ([[0.0; GROUP]; 3], [0.0; GROUP]);
-    scratch.pulls.resize(part.loads.len() + part.strangers.len(), ZEROS);
-    sweeps::<V, K>(field, pairs, &mut part.book, scratch);
-    sweeps::<V, K>(field, planes, &mut part.planes, scratch);
+    let (list, book) = (part.pairs, &mut part.book);
+    with_lanes!(L => sweeps::<L, K, _>(field, bodies, list, book, scratch));
 }
 
 /// Sets the loads of a block and of strangers; what its contacts took.
 pub fn finish(part: &mut Part<'_>, scratch: &mut Scratch) -> Tally {
-    let (own, away) = scratch.pulls.split_at_mut(part.loads.len());
-    hand_over(part.loads, own);
-    hand_over(part.strangers, away);
+    hand_over(part.loads, &mut scratch.pulls[..part.loads.len()]);
+    hand_on(part, scratch)
+}
+
+/// Sets the loads of strangers; what the contacts of the block took. What acts on its own spheres has been used.
+pub fn hand_on(part: &mut Part<'_>, scratch: &mut Scratch) -> Tally {
+    hand_over(part.strangers, &mut scratch.pulls[part.loads.len()..]);
     let [normal_dashpot, tangential_dashpot, slip] = scratch.sums.map(|sums| sums.iter().sum());
     let wall_power = scratch.power.iter().sum();
     Tally { normal_dashpot, tangential_dashpot, slip, wall_power, ..Tally::default() }
@@ -176,16 +214,7 @@ pub fn finish(part: &mut Part<'_>, scratch: &mut Scratch) -> Tally {
 
 /// [`take`] with the lanes that this processor has.
 fn hand_over(loads: &mut [Load], pulls: &mut [Line]) {
-    #[cfg(target_arch = "x86_64")]
-    {
-        if Eight::is_here() {
-            return Eight::take(loads, pulls);
-        }
-        if Four::is_here() {
-            return Four::take(loads, pulls);
-        }
-    }
-    Plain::take(loads, pulls)
+    with_lanes!(L => L::take(loads, pulls))
 }
 
 /// Hands over what was summed, and leaves zeros for the next block while the lines are at hand.
@@ -198,26 +227,31 @@ fn take<const W: usize, L: Wide<W>>(loads: &mut [Load], pulls: &mut [Line]) {
 }
 
 /// All pairs, or all planes, with one version.
-fn sweeps<V: Version, K: Kind>(
+fn sweeps<V: Version, K: Kind, B: Bodies>(
     field: &Field<'_>,
+    bodies: &mut B,
     pairs: Pairs<'_>,
     book: &mut BookView<'_>,
     scratch: &mut Scratch,
 ) {
-    let pairs = V::check(pairs, field, scratch.pulls.len());
+    let pairs = V::check(pairs, &field.with(bodies), scratch.pulls.len());
     let whole = pairs.first.len() / GROUP * GROUP;
     for begin in (0..whole).step_by(SWEEP) {
+        let field = field.with(bodies);
         if field.balls.len() > NEAR && pairs.kind == Second::Balls {
             let next = begin + SWEEP..(begin + 2 * SWEEP).min(whole);
             let ahead = pairs.second.get(next).unwrap_or_default();
-            ahead.iter().for_each(|slot| fetch(field, *slot as usize));
+            ahead.iter().for_each(|slot| fetch(&field, *slot as usize));
         }
-        let pairs = pairs.slice(begin, (begin + SWEEP).min(whole));
-        let count = pairs.first.len();
-        sweep::<V, K>(field, pairs, count, (book, begin), scratch);
+        let end = (begin + SWEEP).min(whole);
+        let swept = pairs.slice(begin, end);
+        sweep::<V, K>(&field, swept, end - begin, (book, begin), scratch);
+        if let Some(next) = pairs.first.get(end) {
+            bodies.left_behind(usize::from(*next), &mut scratch.pulls);
+        }
     }
     if whole < pairs.first.len() {
-        rest::<V, K>(field, pairs, book, whole, scratch);
+        rest::<V, K>(&field.with(bodies), pairs, book, whole, scratch);
     }
 }
 

@@ -50,30 +50,31 @@ fn passes<V: Version>(setting: &Setting<'_>, state: &State) -> Bits {
         let second = &state.planes.partner[..];
         let sides = Pairs { first: &sides, second, seats: &[], kind: Second::Planes, ..pairs };
         let (loads, book) = (&mut state.loads[..], book.view());
-        let mut part = Part { loads, book, planes: state.planes.book.view(), strangers: &mut [] };
+        let planes = state.planes.book.view();
+        let mut part = Part { pairs, at_planes: sides, loads, book, planes, strangers: &mut [] };
         let mut scratch = Scratch::default();
-        let lists = [pairs, sides];
         let (friction, drags) = (setting.kept.friction, setting.kept.pulls);
         let tally = match (averaged, friction, setting.kept.damping, drags) {
             (false, ..) => for_kind!(setting.kept, setting.law, K => {
-                all::<V, K>(&field, lists, &mut part, &mut scratch);
+                begin::<V, K>(&field, &mut part, &mut scratch);
                 meet_faces::<V, K>(&field, &mut faces.view(), &mut scratch);
+                meet_others::<V, K>(&field, &mut part, &mut scratch);
                 finish(&mut part, &mut scratch)
             }),
             (_, false, false, _) => {
-                meet_along::<V, Averaged<false, false, false>>(&field, lists, part, scratch)
+                meet_along::<V, Averaged<false, false, false>>(&field, part, scratch)
             }
             (_, false, true, _) => {
-                meet_along::<V, Averaged<false, true, false>>(&field, lists, part, scratch)
+                meet_along::<V, Averaged<false, true, false>>(&field, part, scratch)
             }
             (_, true, false, _) => {
-                meet_along::<V, Averaged<true, false, false>>(&field, lists, part, scratch)
+                meet_along::<V, Averaged<true, false, false>>(&field, part, scratch)
             }
             (_, true, true, false) => {
-                meet_along::<V, Averaged<true, true, false>>(&field, lists, part, scratch)
+                meet_along::<V, Averaged<true, true, false>>(&field, part, scratch)
             }
             (_, true, true, true) => {
-                meet_along::<V, Averaged<true, true, true>>(&field, lists, part, scratch)
+                meet_along::<V, Averaged<true, true, true>>(&field, part, scratch)
             }
         };
         let loads = state.loads.iter().flat_map(|l| l.force.iter().chain(l.torque.iter()));
@@ -96,17 +97,23 @@ fn passes<V: Version>(setting: &Setting<'_>, state: &State) -> Bits {
     bits
 }
 
+/// All pairs.
+fn meet_others<V: Version, K: Kind>(field: &Field<'_>, part: &mut Part<'_>, scratch: &mut Scratch) {
+    let mut bodies = Waiters(field.balls, field.spins);
+    sweeps::<V, K, _>(field, &mut bodies, part.pairs, &mut part.book, scratch);
+}
+
 /// A pass of the path-averaged scheme, whose first sweep is compared with one pair at a time.
 fn meet_along<V: Version, K: Kind>(
     field: &Field<'_>,
-    lists: [Pairs<'_>; 2],
     mut part: Part<'_>,
     mut scratch: Scratch,
 ) -> Tally {
-    all::<V, K>(field, lists, &mut part, &mut scratch);
+    begin::<V, K>(field, &mut part, &mut scratch);
+    meet_others::<V, K>(field, &mut part, &mut scratch);
     let tally = finish(&mut part, &mut scratch);
     scratch.pulls.resize(field.balls.len(), ZEROS);
-    for pairs in lists {
+    for pairs in [part.pairs, part.at_planes] {
         let planes = pairs.kind == Second::Planes;
         let pairs = V::check(pairs, field, scratch.pulls.len());
         for begin in (0..pairs.first.len() / GROUP * GROUP).step_by(GROUP) {
