@@ -68,13 +68,8 @@ pub fn advance(
     }
     for index in 0..state.solids.len() {
         state.carry_members(setting, index);
-        let body = &setting.model.bodies[state.solids[index].body as usize];
-        let members = body.first_sphere..body.first_sphere + body.sphere_count;
-        far |= members.map(|sphere| state.slot[sphere as usize] as usize).any(|slot| {
-            !within(&(state.balls[slot].place - state.built[slot]), state.leeway[slot])
-        });
     }
-    far
+    far | margin.members_used_up(setting, state)
 }
 
 /// Whether the walls have used up their leeway.
@@ -93,8 +88,28 @@ pub struct Margin {
     pace: Vec<f32>,
     /// Steps without a look that are left while no ball is faster.
     left: u64,
+    /// The same of the members of clumps.
+    reins: Vec<Rein>,
+    members_left: u64,
     /// The balls have moved on in the last force pass already.
     pub went: Option<Went>,
+}
+
+/// How fast a clump may be, to be counted without a look at its members.
+#[derive(Debug, Clone, Copy)]
+struct Rein {
+    /// At most so far a member goes in a step for the largest component of the velocity, s, and of the angular momentum,
+    /// s/(kg m). Axes are turned about one after the other, three times at most by the whole angle.
+    gain: [f64; 2],
+    /// Farthest that a member may go in a step, m.
+    pace: f64,
+}
+
+impl Rein {
+    /// At most so far a member of the clump has gone in the last step, m.
+    fn way(&self, solid: &Solid) -> f64 {
+        self.gain[0] * solid.velocity.amax() + self.gain[1] * solid.momentum.amax()
+    }
 }
 
 /// A move of all balls.
@@ -120,7 +135,53 @@ impl Margin {
             self.lists = state.rebuilds;
             self.pace.resize(state.balls.len(), 0.0);
             self.look(setting, state, crew);
+            self.look_at_members(setting, state);
         }
+    }
+
+    /// After a move: whether a member of a clump has used up its leeway.
+    fn members_used_up(&mut self, setting: &Setting<'_>, state: &State) -> bool {
+        let mut clumps = state.solids.iter().zip(&self.reins);
+        // What is nowhere is not slow.
+        let slow = clumps.all(|(solid, rein)| rein.way(solid) <= rein.pace);
+        if self.members_left > 0 && slow {
+            self.members_left -= 1;
+            return false;
+        }
+        self.look_at_members(setting, state)
+    }
+
+    /// Looks how far members of clumps are from where they were when the lists were built, and how fast; true if one has
+    /// used up its leeway.
+    fn look_at_members(&mut self, setting: &Setting<'_>, state: &State) -> bool {
+        let mut left = f64::INFINITY;
+        self.reins.clear();
+        for solid in &state.solids {
+            let body = &setting.model.bodies[solid.body as usize];
+            let members = body.first_sphere..body.first_sphere + body.sphere_count;
+            let (mut reach, mut slack, mut leeway) = (0.0f64, f64::INFINITY, f64::INFINITY);
+            for slot in members.map(|sphere| state.slot[sphere as usize] as usize) {
+                let (place, own) = (&state.balls[slot].place, f64::from(state.leeway[slot]));
+                let over = own - (place - state.built[slot]).norm();
+                reach = reach.max((place - solid.place).norm());
+                leeway = leeway.min(own);
+                // What is nowhere is too far.
+                slack = if over >= 0.0 { slack.min(over) } else { -1.0 };
+                if slack < 0.0 {
+                    break;
+                }
+            }
+            let across = setting.step * Self::ACROSS;
+            let gain = [across, 3.0 * across * reach / body.inertia.min()];
+            let mut rein = Rein { gain, pace: leeway / Self::SOON };
+            rein.pace = rein.pace.max(Self::FASTER * rein.way(solid));
+            let ahead = Self::ROUNDING * slack / rein.pace;
+            left = if slack >= 0.0 && ahead >= 0.0 { left.min(ahead) } else { -1.0 };
+            self.reins.push(rein);
+        }
+        // Saturating cast.
+        self.members_left = left as u64;
+        left < 0.0
     }
 
     /// After a move: whether a ball has used up its leeway.
@@ -171,11 +232,6 @@ fn look(setting: &Setting<'_>, state: &State, first: usize, paces: &mut [f32]) -
         }
     }
     left
-}
-
-/// False for NaN as well.
-fn within(way: &Vec3, leeway: f32) -> bool {
-    way.norm_squared() <= f64::from(leeway).powi(2)
 }
 
 /// How balls that are bodies by themselves go on.
