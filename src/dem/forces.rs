@@ -208,7 +208,7 @@ fn go_on<K: Kind>(
     at_walls::<K>(&field.with(&waiters), part, scratch);
     let mut passing = onward.block(part.first, mail, earlier);
     contacts::between::<K, _>(field, &mut passing, &mut part.pairs, scratch);
-    passing.left_behind(part.pairs.loads.len(), &mut scratch.pulls);
+    passing.go_on(part.pairs.loads.len(), &mut scratch.pulls);
     part.tally += contacts::hand_on(&mut part.pairs, scratch);
     part.tally
 }

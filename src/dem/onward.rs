@@ -15,6 +15,9 @@ use super::state::{Ball, Lights, State};
 use crate::model::{Lost, Scheme};
 use crate::num::Vec3;
 
+/// Least number of spheres that go on together: to begin costs as much as a few of them.
+const MANY: usize = 64;
+
 /// Whether bodies are single spheres, all there, and only their contacts with spheres and walls act on them besides
 /// gravity: then nothing happens between a pass and the move after it.
 pub fn fits(setting: &Setting<'_>, state: &State) -> bool {
@@ -76,6 +79,15 @@ impl Bodies for Passing<'_, '_> {
     }
 
     fn left_behind(&mut self, place: usize, pulls: &mut [Line]) {
+        if self.first + place >= self.next + MANY {
+            self.go_on(place, pulls);
+        }
+    }
+}
+
+impl Passing<'_, '_> {
+    /// All spheres before `place` go on.
+    pub fn go_on(&mut self, place: usize, pulls: &mut [Line]) {
         let end = self.first + place;
         while let Some(([block, at, sphere], rest)) = self.mail.split_first()
             && (*sphere as usize) < end

@@ -238,6 +238,13 @@ pub trait Wide<const W: usize>: Lanes {
     fn three(value: &Vec3) -> Self;
     /// Writes the first three numbers.
     fn keep_three(self, value: &mut Vec3);
+    /// The second, third and first of the first three numbers.
+    fn rolled(self) -> Self;
+    /// Vector product of the first three numbers.
+    #[inline(always)]
+    fn cross_three(self, other: Self) -> Self {
+        (self * other.rolled() - self.rolled() * other).rolled()
+    }
     /// `W` numbers in single precision that follow each other.
     fn load_single(values: &[f32; W]) -> Self;
     /// Writes them, rounded to the nearest.
@@ -260,3 +267,30 @@ mod x86;
 pub use plain::Plain;
 #[cfg(target_arch = "x86_64")]
 pub use x86::{Eight, Four};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn crossed<const W: usize, L: Wide<W>>(a: &Vec3, b: &Vec3) -> [u64; 3] {
+        let mut product = Vec3::zeros();
+        L::three(a).cross_three(L::three(b)).keep_three(&mut product);
+        [0, 1, 2].map(|axis| product[axis].to_bits())
+    }
+
+    #[test]
+    fn vector_products_have_the_bits_of_one_vector_alone() {
+        let (a, b) = (Vec3::new(0.1, -2.7, 3e-5), Vec3::new(-7.3, 0.9, 1e3));
+        let expected = [0, 1, 2].map(|axis| a.cross(&b)[axis].to_bits());
+        assert_eq!(crossed::<4, Plain>(&a, &b), expected);
+        #[cfg(target_arch = "x86_64")]
+        {
+            if is_x86_feature_detected!("avx2") {
+                assert_eq!(crossed::<4, Four>(&a, &b), expected);
+            }
+            if is_x86_feature_detected!("avx512f") {
+                assert_eq!(crossed::<8, Eight>(&a, &b), expected);
+            }
+        }
+    }
+}

@@ -142,6 +142,11 @@ impl Wide<4> for Plain {
         *value = Vec3::new(self.0[0], self.0[1], self.0[2]);
     }
     #[inline(always)]
+    fn rolled(self) -> Self {
+        let [x, y, z, w] = self.0;
+        Self([y, z, x, w])
+    }
+    #[inline(always)]
     fn load_single(values: &[f32; 4]) -> Self {
         Self(values.map(f64::from))
     }

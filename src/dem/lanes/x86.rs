@@ -261,6 +261,11 @@ impl Wide<4> for Four {
         }
     }
     #[inline(always)]
+    fn rolled(self) -> Self {
+        // SAFETY: see above.
+        Self(unsafe { _mm256_permute4x64_pd::<0b11_00_10_01>(self.0) })
+    }
+    #[inline(always)]
     fn load_single(values: &[f32; 4]) -> Self {
         // SAFETY: see above.
         Self(unsafe { _mm256_cvtps_pd(_mm_loadu_ps(values.as_ptr())) })
@@ -528,6 +533,11 @@ impl Wide<8> for Eight {
     fn keep_three(self, value: &mut Vec3) {
         // SAFETY: see above.
         unsafe { _mm512_mask_storeu_pd(value.as_mut_ptr(), 0b111, self.0) }
+    }
+    #[inline(always)]
+    fn rolled(self) -> Self {
+        // SAFETY: see above.
+        Self(unsafe { _mm512_permutex_pd::<0b11_00_10_01>(self.0) })
     }
     #[inline(always)]
     fn load_single(values: &[f32; 8]) -> Self {
