@@ -141,6 +141,7 @@ impl<'a> Field<'a> {
     }
 }
 
+/// [`evaluate`] with one kernel.
 fn pass<K: Kind>(
     setting: &Setting<'_>,
     state: &mut State,

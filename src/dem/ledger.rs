@@ -9,7 +9,7 @@
 //! ends of an interval); it tests the book-keeping and the step, not the accuracy
 //! of the motion. A face that hands a sphere to another across a bent mesh edge
 //! drops its spring energy unseen: that residual does not shrink.
-//! Cost: 8 % of a step in a settled bed.
+//! Cost: 5 to 11 % of a step (`benches/README.md`).
 
 use super::bond;
 use super::law::Tally;

@@ -16,7 +16,7 @@ use crate::model::{Lost, Scheme};
 use crate::num::Vec3;
 
 /// Least number of spheres that go on together: to begin costs as much as a few of them.
-const MANY: usize = 64;
+const MANY: usize = 128;
 
 /// Whether bodies are single spheres, all there, and only their contacts with spheres and walls act on them besides
 /// gravity: then nothing happens between a pass and the move after it.
