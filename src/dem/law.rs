@@ -443,7 +443,7 @@ pub fn respond<L: Lanes, K: Kind>(
     let elastic = pair.kn * approach.overlap;
     let mut normal = elastic;
     if K::DAMPING {
-        normal = normal + pair.cn * closing;
+        normal = normal.plus_product(pair.cn, closing);
         let pulls = L::both(normal.below(zero), L::all(!rule.law.tension));
         normal = L::pick(pulls, zero, normal);
         past.lag = L::only(touches, normal - elastic);
@@ -452,11 +452,11 @@ pub fn respond<L: Lanes, K: Kind>(
     normal = L::only(touches, normal);
     let mut tangent = Triple::zero();
     if K::FRICTION {
-        let slide = approach.velocity + n * closing;
+        let slide = approach.velocity.plus_product(n, closing);
         let limit = pair.friction * normal.abs();
-        let mut trial = before + slide * L::splat(rule.advance);
+        let mut trial = before.plus_product(slide, L::splat(rule.advance));
         if K::HISTORY == History::Projected {
-            trial = trial - n * trial.dot(n);
+            trial = trial.minus_product(n, trial.dot(n));
         }
         if K::HISTORY == History::Rotated {
             past.normal = n;
@@ -494,7 +494,7 @@ fn mean_power<L: Lanes>(before: L, now: L) -> L {
     let both = L::both(zero.below(before), zero.below(now));
     let shift = L::only(both, L::splat(0.25));
     let half = L::splat(0.5);
-    (half - shift) * before + (half + shift) * now
+    ((half - shift) * before).plus_product(half + shift, now)
 }
 
 /// The spring of the last pass, turned with the contact.
@@ -521,7 +521,7 @@ pub fn carry<L: Lanes, K: Kind>(
 /// `old` projected on the plane of normal `n`, at its old length.
 #[inline(always)]
 pub fn rescale<L: Lanes>(old: Triple<L>, n: Triple<L>) -> Triple<L> {
-    let flat = old - n * old.dot(n);
+    let flat = old.minus_product(n, old.dot(n));
     let (was, is) = (old.dot(old), flat.dot(flat));
     let one = L::splat(1.0);
     let ratio = was / is;
@@ -529,8 +529,9 @@ pub fn rescale<L: Lanes>(old: Triple<L>, n: Triple<L>) -> Triple<L> {
     // digits below 1e-3. A root costs as much as all else here.
     let d = ratio - one;
     let small = d.abs().below(L::splat(1e-3));
-    let series = L::splat(0.0625) - L::splat(5.0 / 128.0) * d;
-    let series = one + d * (L::splat(0.5) - d * (L::splat(0.125) - d * series));
+    let series = L::splat(0.0625).minus_product(L::splat(5.0 / 128.0), d);
+    let series = L::splat(0.5).minus_product(d, L::splat(0.125).minus_product(d, series));
+    let series = one.plus_product(d, series);
     let is_there = L::splat(0.0).below(is);
     let mut stretch = L::pick(small, series, one);
     let large = L::both(is_there, L::not(small));
@@ -564,7 +565,7 @@ pub fn cut<L: Lanes>(
 ) -> Cut<L> {
     let (zero, one) = (L::splat(0.0), L::splat(1.0));
     let (pull, dash) = (trial * pair.kt, slide * pair.ct);
-    let total = pull + dash;
+    let total = dash.plus_product(trial, pair.kt);
     let limited = if kind == Coulomb::Sum { total } else { pull };
     let square = limited.dot(limited);
     let slips = L::both(touches, (limit * limit).below(square));
@@ -572,14 +573,18 @@ pub fn cut<L: Lanes>(
         return Cut { spring: trial, dash, force: total, slips };
     }
     let part = L::pick(slips, limit / square.sqrt(), one);
-    let force = limited * part;
     match kind {
         Coulomb::SpringThenDashpot => {
             let dash = Triple::only(L::not(slips), dash);
-            Cut { spring: trial * part, dash, force: force + dash, slips }
+            let force = dash.plus_product(limited, part);
+            Cut { spring: trial * part, dash, force, slips }
         }
-        Coulomb::Spring => Cut { spring: trial * part, dash, force: force + dash, slips },
+        Coulomb::Spring => {
+            let force = dash.plus_product(limited, part);
+            Cut { spring: trial * part, dash, force, slips }
+        }
         Coulomb::Sum => {
+            let force = limited * part;
             let springs = zero.below(pair.soft);
             let left = (force - dash) * pair.soft;
             let spring = Triple::pick(L::both(slips, springs), left, trial);

@@ -339,21 +339,34 @@ pub fn go<P: Pull>(
     flock: &mut Flock<'_, P>,
     leap: &Leap,
 ) -> bool {
+    if setting.fused {
+        return go_with::<true, P>(setting, lights, flock, leap);
+    }
+    go_with::<false, P>(setting, lights, flock, leap)
+}
+
+/// [`go`] with fused lanes or others.
+fn go_with<const FUSED: bool, P: Pull>(
+    setting: &Setting<'_>,
+    lights: &Lights,
+    flock: &mut Flock<'_, P>,
+    leap: &Leap,
+) -> bool {
     #[cfg(target_arch = "x86_64")]
-    if is_x86_feature_detected!("avx2") {
-        #[target_feature(enable = "avx2")]
-        fn with_avx2<P: Pull>(
+    if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+        #[target_feature(enable = "avx2,fma")]
+        fn with_avx2<const FUSED: bool, P: Pull>(
             setting: &Setting<'_>,
             lights: &Lights,
             flock: &mut Flock<'_, P>,
             leap: &Leap,
         ) -> bool {
-            go_by::<Four, P>(setting, lights, flock, leap)
+            go_by::<Four<FUSED>, P>(setting, lights, flock, leap)
         }
         // SAFETY: the processor has what the function asks for.
-        return unsafe { with_avx2(setting, lights, flock, leap) };
+        return unsafe { with_avx2::<FUSED, P>(setting, lights, flock, leap) };
     }
-    go_by::<Plain, P>(setting, lights, flock, leap)
+    go_by::<Plain<FUSED>, P>(setting, lights, flock, leap)
 }
 
 /// Kicks and moves the balls that are bodies by themselves, the three numbers of a vector side by side. True
@@ -399,9 +412,12 @@ fn each<L: Wide<4>, P: Pull, const MIXED: bool, const OWED: bool>(
 ) -> bool {
     let (gravity, step, kick) =
         (L::three(&setting.gravity), L::splat(setting.step), L::splat(leap.kick));
-    let kicked = |motion: &Vec3, gain: L| {
-        let motion = if OWED { L::three(motion) + gain } else { L::three(motion) };
-        motion + gain
+    let kicked = |motion: &Vec3, rate: L, time: L| {
+        let mut motion = L::three(motion);
+        if OWED {
+            motion = motion.plus_product(rate, time);
+        }
+        motion.plus_product(rate, time)
     };
     let mut slow = L::all(true);
     let pulls = flock.pulls.iter().zip(flock.pace);
@@ -410,8 +426,8 @@ fn each<L: Wide<4>, P: Pull, const MIXED: bool, const OWED: bool>(
             continue;
         }
         let pace = L::splat(f64::from(*pace));
-        let gain = (pull.force::<L>() * L::splat(light(at).mass) + gravity) * kick;
-        let velocity = kicked(&ball.velocity, gain);
+        let rate = gravity.plus_product(pull.force::<L>(), L::splat(light(at).mass));
+        let velocity = kicked(&ball.velocity, rate, kick);
         let way = velocity * step;
         let place = L::three(&ball.place) + way;
         velocity.keep_three(&mut ball.velocity);
@@ -419,17 +435,19 @@ fn each<L: Wide<4>, P: Pull, const MIXED: bool, const OWED: bool>(
         slow = L::both(slow, way.abs().at_most(pace));
     }
     for (at, (spin, pull)) in flock.spins.iter_mut().zip(flock.pulls).enumerate() {
-        let gain = pull.torque::<L>() * L::splat(light(at).inertia * leap.kick);
-        kicked(spin, gain).keep_three(spin);
+        let time = L::splat(light(at).inertia * leap.kick);
+        kicked(spin, pull.torque::<L>(), time).keep_three(spin);
     }
     L::bits(slow) == 0b1111
 }
 
+/// To the bit the kick that [`go`] gives where it is `owed`.
 fn kick_alone(setting: &Setting<'_>, state: &mut State, span: f64) {
-    let gravity = setting.gravity;
+    let gravity = &setting.gravity;
     for (slot, (ball, load)) in state.balls.iter_mut().zip(&state.loads).enumerate() {
         if ball.alone {
-            ball.velocity += (load.force * state.light.at(slot).mass + gravity) * span;
+            let rate = plus_product(setting, gravity, &load.force, state.light.at(slot).mass);
+            ball.velocity = plus_product(setting, &ball.velocity, &rate, span);
         }
     }
     kick_spins(setting, state, span);
@@ -438,9 +456,18 @@ fn kick_alone(setting: &Setting<'_>, state: &mut State, span: f64) {
 fn kick_spins(setting: &Setting<'_>, state: &mut State, span: f64) {
     if setting.needs.rotation {
         for (slot, (spin, load)) in state.spins.iter_mut().zip(&state.loads).enumerate() {
-            *spin += load.torque * (state.light.at(slot).inertia * span);
+            let time = state.light.at(slot).inertia * span;
+            *spin = plus_product(setting, spin, &load.torque, time);
         }
     }
+}
+
+/// `sum + vector × by`, rounded once where the scheme is fused.
+fn plus_product(setting: &Setting<'_>, sum: &Vec3, vector: &Vec3, by: f64) -> Vec3 {
+    if setting.fused {
+        return sum.zip_map(vector, |sum, part| part.mul_add(by, sum));
+    }
+    sum + vector * by
 }
 
 /// Kicks momenta; spins are for whoever needs them.

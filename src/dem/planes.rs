@@ -74,15 +74,15 @@ pub fn approach<const W: usize, L: Wide<W>, const SPINS: bool, const MOVING: boo
             velocity = velocity - drift;
         }
         if SPINS {
-            let arm = radius - overlap * share;
+            let arm = radius.minus_product(overlap, share);
             let mut spins: Triple<L> = L::triples(entries(&spins[pairs.block..], me));
-            velocity = velocity + unit.cross(spins * arm);
+            velocity = velocity.plus_cross(unit, spins * arm);
             if MOVING {
                 let turning: Triple<L> = turning(field, them);
                 spins = spins + turning;
                 if field.yade {
                     // YADE takes the velocity at the contact point, where the arm ends.
-                    velocity = velocity + turning.cross(unit * (arm - distance));
+                    velocity = velocity.plus_cross(turning, unit * (arm - distance));
                 }
             }
             scratch.arms[0].set(at, arm);

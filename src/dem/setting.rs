@@ -19,6 +19,9 @@ pub struct Setting<'a> {
     pub needs: Needs,
     /// Scheme.
     pub scheme: Scheme,
+    /// Whether products of contacts between spheres and walls, and of the motion of spheres, are added without rounding
+    /// them first: faster. Not in schemes that follow a solver to rounding, since solvers are not compiled so.
+    pub fused: bool,
     /// Law variant.
     pub law: Law,
     /// Part of the overlap that is taken from the radius to give the lever arm between spheres.
@@ -91,6 +94,7 @@ impl<'a> Setting<'a> {
             model,
             needs,
             scheme: plan.scheme,
+            fused: plan.scheme == Scheme::Leapfrog,
             law: plan.law,
             share: plan.law.arm.share(),
             slide_share: plan.law.arm.slide_share(),

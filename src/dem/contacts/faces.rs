@@ -77,16 +77,7 @@ pub fn answer_waiting<K: Kind>(
     if scratch.waiting.count == 0 {
         return;
     }
-    #[cfg(target_arch = "x86_64")]
-    {
-        if Eight::is_here() {
-            return waiting::<Eight, K>(field, (block, book), scratch);
-        }
-        if Four::is_here() {
-            return waiting::<Four, K>(field, (block, book), scratch);
-        }
-    }
-    waiting::<Plain, K>(field, (block, book), scratch);
+    with_lanes_for!(K, field, L => waiting::<L, K>(field, (block, book), scratch));
 }
 
 /// [`answer_waiting`] with one version.

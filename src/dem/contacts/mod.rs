@@ -154,29 +154,45 @@ impl Bodies for Waiters<'_> {
     fn left_behind(&mut self, _: usize, _: &mut [Line]) {}
 }
 
-/// Calls a function with the lanes that this processor has.
+/// Calls a function with the lanes that this processor has, `$fused` or not.
 macro_rules! with_lanes {
-    ($lanes:ident => $call:expr) => {{
+    ($fused:literal, $lanes:ident => $call:expr) => {{
         #[cfg(target_arch = "x86_64")]
         {
-            if Eight::is_here() {
-                type $lanes = Eight;
+            if <Eight>::is_here() {
+                type $lanes = Eight<$fused>;
                 return $call;
             }
-            if Four::is_here() {
-                type $lanes = Four;
+            if <Four>::is_here() {
+                type $lanes = Four<$fused>;
                 return $call;
             }
         }
-        type $lanes = Plain;
+        type $lanes = Plain<$fused>;
         $call
     }};
 }
 
+/// The same for contacts of kind `$kind` in a `$field`, fused where the scheme says so. The kinds of
+/// the path-averaged scheme have no fused version: the compiler sees that none is called.
+macro_rules! with_lanes_for {
+    ($kind:ident, $field:ident, $lanes:ident => $call:expr) => {{
+        if $kind::AVERAGED {
+            return with_lanes!(false, $lanes => $call);
+        }
+        if $field.setting.fused {
+            return with_lanes!(true, $lanes => $call);
+        }
+        with_lanes!(false, $lanes => $call)
+    }};
+}
+
+use {with_lanes, with_lanes_for};
+
 /// Answers the planes at a block. To be followed by triangles, then by [`between`], then by [`finish`] or
 /// [`hand_on`].
 pub fn at_planes<K: Kind>(field: &Field<'_>, part: &mut Part<'_>, scratch: &mut Scratch) {
-    with_lanes!(L => begin::<L, K>(field, part, scratch))
+    with_lanes_for!(K, field, L => begin::<L, K>(field, part, scratch))
 }
 
 /// [`at_planes`] with one version.
@@ -195,7 +211,7 @@ pub fn between<K: Kind, B: Bodies>(
     scratch: &mut Scratch,
 ) {
     let (list, book) = (part.pairs, &mut part.book);
-    with_lanes!(L => sweeps::<L, K, _>(field, bodies, list, book, scratch));
+    with_lanes_for!(K, field, L => sweeps::<L, K, _>(field, bodies, list, book, scratch));
 }
 
 /// Sets the loads of a block and of strangers; what its contacts took.
@@ -214,7 +230,7 @@ pub fn hand_on(part: &mut Part<'_>, scratch: &mut Scratch) -> Tally {
 
 /// [`take`] with the lanes that this processor has.
 fn hand_over(loads: &mut [Load], pulls: &mut [Line]) {
-    with_lanes!(L => L::take(loads, pulls))
+    with_lanes!(false, L => L::take(loads, pulls))
 }
 
 /// Hands over what was summed, and leaves zeros for the next block while the lines are at hand.
@@ -416,17 +432,18 @@ fn approach<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
         scratch.unit.set(at, unit);
         scratch.overlap.set(at, overlap);
         if SPINS > 0 {
-            let arms = [radii[0] - share * overlap, radii[1] - share * overlap];
-            let slides = [radii[0] - slide_share * overlap, radii[1] - slide_share * overlap];
+            let arms = radii.map(|radius| radius.minus_product(share, overlap));
+            let slides = radii.map(|radius| radius.minus_product(slide_share, overlap));
             let (mine, away) = (entries(&spins[pairs.block..], me), entries(spins, them));
             let spins = if MIXED {
                 let (mine, away) = (L::triples(mine), L::triples(away));
-                velocity = velocity + unit.cross(mine * slides[0] + away * slides[1]);
+                velocity =
+                    velocity.plus_cross(unit, (mine * slides[0]).plus_product(away, slides[1]));
                 scratch.arms[1].set(at, arms[1]);
                 mine + away
             } else {
                 let both = L::triple_sums(mine, away);
-                velocity = velocity + unit.cross(both) * slides[0];
+                velocity = velocity.plus_product(unit.cross(both), slides[0]);
                 both
             };
             scratch.arms[0].set(at, arms[0]);
@@ -567,7 +584,7 @@ fn answer<const W: usize, L: Wide<W>, K: Kind>(
             if K::HISTORY == History::Rotated {
                 normals.store(group, past.normal);
             }
-            scratch.push.set(at, unit * normal + tangent);
+            scratch.push.set(at, tangent.plus_product(unit, normal));
             scratch.couple.set(at, unit.cross(tangent));
         } else {
             scratch.push.set(at, unit * normal);

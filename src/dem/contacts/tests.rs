@@ -14,8 +14,8 @@ use crate::num::Rotation;
 
 type Bits = Vec<u64>;
 
-/// All bits that a pass leaves, run after run of one version.
-fn passes<V: Version>(setting: &Setting<'_>, state: &State) -> Bits {
+/// All bits that a pass leaves, run after run of one version; or of the one that the program has `chosen`.
+fn passes<V: Version>(setting: &Setting<'_>, state: &State, chosen: bool) -> Bits {
     let mut state = state.clone();
     let rule = Rule { law: setting.law, advance: 1e-5, interval: 1e-5, bare_slip: false };
     let owners = |list: &List| -> Vec<u16> {
@@ -56,9 +56,16 @@ fn passes<V: Version>(setting: &Setting<'_>, state: &State) -> Bits {
         let (friction, drags) = (setting.kept.friction, setting.kept.pulls);
         let tally = match (averaged, friction, setting.kept.damping, drags) {
             (false, ..) => for_kind!(setting.kept, setting.law, K => {
-                begin::<V, K>(&field, &mut part, &mut scratch);
-                meet_faces::<V, K>(&field, &mut faces.view(), &mut scratch);
-                meet_others::<V, K>(&field, &mut part, &mut scratch);
+                if chosen {
+                    at_planes::<K>(&field, &mut part, &mut scratch);
+                    meet_faces::<K>(&field, &mut faces.view(), &mut scratch, answer_waiting::<K>);
+                    let mut bodies = Waiters(field.balls, field.spins);
+                    between::<K, _>(&field, &mut bodies, &mut part, &mut scratch);
+                } else {
+                    begin::<V, K>(&field, &mut part, &mut scratch);
+                    meet_faces::<K>(&field, &mut faces.view(), &mut scratch, waiting::<V, K>);
+                    meet_others::<V, K>(&field, &mut part, &mut scratch);
+                }
                 finish(&mut part, &mut scratch)
             }),
             (_, false, false, _) => {
@@ -160,10 +167,11 @@ fn meet_along<V: Version, K: Kind>(
 }
 
 /// More triangles than wait at a time, some of which no longer touch.
-fn meet_faces<V: Version, K: Kind>(
+fn meet_faces<K: Kind>(
     field: &Field<'_>,
     book: &mut BookView<'_>,
     scratch: &mut Scratch,
+    answer: impl Fn(&Field<'_>, (usize, &mut BookView<'_>), &mut Scratch),
 ) {
     for entry in 0..SWEEP + 5 {
         let ball = &field.balls[entry % 50];
@@ -183,7 +191,7 @@ fn meet_faces<V: Version, K: Kind>(
         scratch.put(scratch.waiting.count, &spot);
         scratch.waiting.count += 1;
         if scratch.waiting.count == SWEEP || entry == SWEEP + 4 {
-            waiting::<V, K>(field, (0, book), scratch);
+            answer(field, (0, book), scratch);
         }
     }
 }
@@ -216,40 +224,60 @@ fn all_versions_give_the_same_bytes() {
         model.plan.law = Law { coulomb, history, ..model.plan.law };
         let setting = Setting::new(&model);
         assert_eq!(setting.alike.is_some(), mixed == 1.0);
-        let mut state = State::new(&setting);
-        neighbours::rebuild(&setting, &mut state, &Crew::new(1));
+        let state = listed(&setting);
         rests += state.pairs.partner.len() % GROUP;
         assert!(state.planes.partner.len() > GROUP);
-        let plain = passes::<Plain>(&setting, &state);
-        touching += plain.iter().filter(|bits| **bits == 1).count();
-        #[cfg(target_arch = "x86_64")]
-        {
-            if Four::is_here() {
-                assert_eq!(plain, passes::<Four>(&setting, &state), "{mixed} {coulomb:?}");
-            }
-            if Eight::is_here() {
-                assert_eq!(plain, passes::<Eight>(&setting, &state), "{mixed} {coulomb:?}");
-            }
-        }
+        let plain = compared::<false>(&setting, &state);
+        assert_ne!(plain, compared::<true>(&setting, &state), "{mixed} {coulomb:?}");
+        touching += count_ones(&plain);
     }
     assert!(touching > 500 && rests > 0, "{touching} {rests}");
 }
 
-/// A pass of every version on this processor, which give the same bytes.
-fn compared(setting: &Setting<'_>) -> usize {
+/// A state with its lists.
+fn listed(setting: &Setting<'_>) -> State {
     let mut state = State::new(setting);
     neighbours::rebuild(setting, &mut state, &Crew::new(1));
-    let plain = passes::<Plain>(setting, &state);
+    state
+}
+
+/// What a pass of every version on this processor gives, fused or not: the same bytes.
+fn compared<const FUSED: bool>(setting: &Setting<'_>, state: &State) -> Bits {
+    let plain = passes::<Plain<FUSED>>(setting, state, false);
     #[cfg(target_arch = "x86_64")]
     {
-        if Four::is_here() {
-            assert_eq!(plain, passes::<Four>(setting, &state));
+        if <Four>::is_here() {
+            assert_eq!(plain, passes::<Four<FUSED>>(setting, state, false));
         }
-        if Eight::is_here() {
-            assert_eq!(plain, passes::<Eight>(setting, &state));
+        if <Eight>::is_here() {
+            assert_eq!(plain, passes::<Eight<FUSED>>(setting, state, false));
         }
     }
-    plain.iter().filter(|bits| **bits == 1).count()
+    plain
+}
+
+/// How often contacts touched, and a little more.
+fn count_ones(bits: &Bits) -> usize {
+    bits.iter().filter(|bits| **bits == 1).count()
+}
+
+#[test]
+fn only_leapfrog_is_fused() {
+    let schemes = [Scheme::Leapfrog, Scheme::Liggghts, Scheme::Lammps, Scheme::Yade];
+    for scheme in schemes {
+        let mut model = test_scenes::wide_sizes(57, 3.0);
+        crowd(&mut model);
+        test_scenes::add_plane(&mut model, Vec3::zeros(), Vec3::new(0.3, 0.5, 1.0), Motion::Still);
+        (model.plan.scheme, model.plan.law) = (scheme, scheme.law());
+        let setting = Setting::new(&model);
+        let state = listed(&setting);
+        let found = passes::<Plain>(&setting, &state, true);
+        let fused = compared::<true>(&setting, &state);
+        let rounded = compared::<false>(&setting, &state);
+        assert_ne!(fused, rounded);
+        let wanted = if scheme == Scheme::Leapfrog { fused } else { rounded };
+        assert!(found == wanted, "{scheme:?}");
+    }
 }
 
 #[test]
@@ -285,7 +313,7 @@ fn all_versions_average_alike() {
         test_scenes::add_plane(&mut model, Vec3::x() * 1e-3, Vec3::x(), Motion::Still);
         let setting = Setting::new(&model);
         assert_eq!(setting.alike.is_some(), mixed == 1.0 && clumps == 0);
-        touching += compared(&setting);
+        touching += count_ones(&compared::<false>(&setting, &listed(&setting)));
     }
     assert!(touching > 2000, "{touching}");
 }

@@ -65,10 +65,11 @@ pub trait Version {
     );
 }
 
-/// A version; its functions panic on processors without `$features`.
+/// A version, fused or not; its functions panic on processors without `$features`. Sweeps without sums of products
+/// are the same in both, and so are those of the path-averaged scheme, which is not fused: they stand once.
 macro_rules! version {
     ($lanes:ident, $wide:literal, $($feature:tt)*) => {
-        impl Version for $lanes {
+        impl<const FUSED: bool> Version for $lanes<FUSED> {
             const WIDE: usize = $wide;
 
             fn is_here() -> bool {
@@ -93,18 +94,18 @@ macro_rules! version {
                 scratch: &mut Scratch,
             ) {
                 $(#[target_feature(enable = $feature)])*
-                fn inner<const SPINS: u8, const MIXED: bool>(
+                fn inner<const FUSED: bool, const SPINS: u8, const MIXED: bool>(
                     field: &Field<'_>,
                     pairs: Checked<'_>,
                     count: usize,
                     scratch: &mut Scratch,
                 ) {
-                    approach::<$wide, $lanes, SPINS, MIXED>(field, pairs, count, scratch);
+                    approach::<$wide, $lanes<FUSED>, SPINS, MIXED>(field, pairs, count, scratch);
                 }
                 assert!(Self::is_here());
                 // SAFETY: the processor has what the function asks for.
                 #[allow(unused_unsafe)] // see above
-                unsafe { inner::<SPINS, MIXED>(field, pairs, count, scratch) }
+                unsafe { inner::<FUSED, SPINS, MIXED>(field, pairs, count, scratch) }
             }
 
             fn carry<const HISTORY: u8>(
@@ -114,18 +115,18 @@ macro_rules! version {
                 scratch: &mut Scratch,
             ) {
                 $(#[target_feature(enable = $feature)])*
-                fn inner<const HISTORY: u8>(
+                fn inner<const FUSED: bool, const HISTORY: u8>(
                     field: &Field<'_>,
                     book: (&BookView<'_>, usize),
                     count: usize,
                     scratch: &mut Scratch,
                 ) {
-                    carry::<$wide, $lanes, HISTORY>(field, book, count, scratch);
+                    carry::<$wide, $lanes<FUSED>, HISTORY>(field, book, count, scratch);
                 }
                 assert!(Self::is_here());
                 // SAFETY: the processor has what the function asks for.
                 #[allow(unused_unsafe)] // see above
-                unsafe { inner::<HISTORY>(field, book, count, scratch) }
+                unsafe { inner::<FUSED, HISTORY>(field, book, count, scratch) }
             }
 
             fn answer<K: Kind>(
@@ -135,18 +136,18 @@ macro_rules! version {
                 scratch: &mut Scratch,
             ) {
                 $(#[target_feature(enable = $feature)])*
-                fn inner<K: Kind>(
+                fn inner<const FUSED: bool, K: Kind>(
                     field: &Field<'_>,
                     pairs: Checked<'_>,
                     book: (&mut BookView<'_>, usize),
                     scratch: &mut Scratch,
                 ) {
-                    answer::<$wide, $lanes, K>(field, pairs, book, scratch);
+                    answer::<$wide, $lanes<FUSED>, K>(field, pairs, book, scratch);
                 }
                 assert!(Self::is_here());
                 // SAFETY: the processor has what the function asks for.
                 #[allow(unused_unsafe)] // see above
-                unsafe { inner::<K>(field, pairs, book, scratch) }
+                unsafe { inner::<FUSED, K>(field, pairs, book, scratch) }
             }
 
             fn deliver<const SPINS: u8, const MIXED: bool>(
@@ -184,18 +185,18 @@ macro_rules! version {
                 scratch: &mut Scratch,
             ) {
                 $(#[target_feature(enable = $feature)])*
-                fn inner<const SPINS: bool, const MOVING: bool>(
+                fn inner<const FUSED: bool, const SPINS: bool, const MOVING: bool>(
                     field: &Field<'_>,
                     pairs: Checked<'_>,
                     count: usize,
                     scratch: &mut Scratch,
                 ) {
-                    planes::approach::<$wide, $lanes, SPINS, MOVING>(field, pairs, count, scratch);
+                    planes::approach::<$wide, $lanes<FUSED>, SPINS, MOVING>(field, pairs, count, scratch);
                 }
                 assert!(Self::is_here());
                 // SAFETY: the processor has what the function asks for.
                 #[allow(unused_unsafe)] // see above
-                unsafe { inner::<SPINS, MOVING>(field, pairs, count, scratch) }
+                unsafe { inner::<FUSED, SPINS, MOVING>(field, pairs, count, scratch) }
             }
 
             fn meet<const FRICTION: bool, const DAMPING: u8, const MIXED: bool>(

@@ -1,10 +1,13 @@
 //! Several numbers as one: what the law of a contact is written in, so that it stands once
 //! and runs on one contact (`f64`), on four or on eight side by side.
 //!
-//! Every operation is the one of IEEE 754 on each number by itself; none is contracted or
-//! reordered. So all widths give the same bytes, on every machine.
+//! Every operation is the one of IEEE 754 on each number by itself; none is reordered, and products are
+//! added without rounding them first only where [`Lanes::plus_product`] and its like say so, in types that are `FUSED`.
+//! So all widths give the same bytes, on every machine.
 //!
-//! [`Plain`] is four numbers on any processor, [`Four`] uses AVX2, [`Eight`] AVX-512.
+//! [`Plain`] is four numbers on any processor, [`Four`] uses AVX2, [`Eight`] AVX-512. The scheme `leapfrog` takes
+//! the fused ones for spheres (see [`super::setting::Setting::fused`]); the schemes of solvers do not, since these are not
+//! compiled so, and `f64` is not fused.
 //!
 //! About `unsafe`: the vector instructions of a processor are `unsafe` to call where it is not known
 //! to have them. `Four` and `Eight` are used in functions that are compiled for these instructions only
@@ -26,6 +29,18 @@ pub trait Lanes:
 {
     /// One yes or no for each number.
     type Mask: Copy;
+    /// Whether products are not rounded before they are added.
+    const FUSED: bool = false;
+    /// `self + a × b`, rounded once if `FUSED`.
+    #[inline(always)]
+    fn plus_product(self, a: Self, b: Self) -> Self {
+        self + a * b
+    }
+    /// `self − a × b`, rounded once if `FUSED`.
+    #[inline(always)]
+    fn minus_product(self, a: Self, b: Self) -> Self {
+        self - a * b
+    }
     /// `value` everywhere.
     fn splat(value: f64) -> Self;
     /// Square roots.
@@ -133,16 +148,49 @@ impl<L: Lanes> Triple<L> {
     /// Scalar product.
     #[inline(always)]
     pub fn dot(self, other: Self) -> L {
-        self.x * other.x + self.y * other.y + self.z * other.z
+        (self.x * other.x).plus_product(self.y, other.y).plus_product(self.z, other.z)
     }
 
     /// Vector product.
     #[inline(always)]
     pub fn cross(self, other: Self) -> Self {
         Self {
-            x: self.y * other.z - self.z * other.y,
-            y: self.z * other.x - self.x * other.z,
-            z: self.x * other.y - self.y * other.x,
+            x: (self.y * other.z).minus_product(self.z, other.y),
+            y: (self.z * other.x).minus_product(self.x, other.z),
+            z: (self.x * other.y).minus_product(self.y, other.x),
+        }
+    }
+
+    /// `self + a × b`, a vector product.
+    #[inline(always)]
+    pub fn plus_cross(self, a: Self, b: Self) -> Self {
+        if !L::FUSED {
+            return self + a.cross(b);
+        }
+        Self {
+            x: self.x.plus_product(a.y, b.z).minus_product(a.z, b.y),
+            y: self.y.plus_product(a.z, b.x).minus_product(a.x, b.z),
+            z: self.z.plus_product(a.x, b.y).minus_product(a.y, b.x),
+        }
+    }
+
+    /// `self + vector × by`.
+    #[inline(always)]
+    pub fn plus_product(self, vector: Self, by: L) -> Self {
+        Self {
+            x: self.x.plus_product(vector.x, by),
+            y: self.y.plus_product(vector.y, by),
+            z: self.z.plus_product(vector.z, by),
+        }
+    }
+
+    /// `self − vector × by`.
+    #[inline(always)]
+    pub fn minus_product(self, vector: Self, by: L) -> Self {
+        Self {
+            x: self.x.minus_product(vector.x, by),
+            y: self.y.minus_product(vector.y, by),
+            z: self.z.minus_product(vector.z, by),
         }
     }
 
@@ -290,6 +338,66 @@ mod tests {
             }
             if is_x86_feature_detected!("avx512f") {
                 assert_eq!(crossed::<8, Eight>(&a, &b), expected);
+            }
+        }
+    }
+
+    /// `a + b × c`, `a − b × c`, `a·b`, the parts of `a × b` and of `c + a × b` of vectors made of these.
+    fn products<const W: usize, L: Wide<W>>([a, b, c]: [f64; 3]) -> [Vec<u64>; W] {
+        let number = |value: f64| L::load(&[value; W]);
+        let [l, m, n] = [a, b, c].map(number);
+        let (v, w) = (Triple { x: l, y: m, z: n }, Triple { x: n, y: l, z: m });
+        let (cross, more) = (v.cross(w), Triple { x: m, y: m, z: l }.plus_cross(v, w));
+        let all = [l.plus_product(m, n), l.minus_product(m, n), v.dot(w)];
+        let lanes = [all, [cross.x, cross.y, cross.z], [more.x, more.y, more.z]];
+        let mut found = std::array::from_fn(|_| Vec::new());
+        for lane in lanes.as_flattened() {
+            let mut numbers = [0.0; W];
+            lane.store(&mut numbers);
+            found.iter_mut().zip(numbers).for_each(|(all, one)| all.push(one.to_bits()));
+        }
+        found
+    }
+
+    #[test]
+    fn fused_products_are_rounded_once_and_others_twice() {
+        let (a, b, c) = (0.1, -2.7, 3.3);
+        let all: [f64; 9] = [
+            a + b * c,
+            a - b * c,
+            a * c + b * a + c * b,
+            b * b - c * a,
+            c * c - a * b,
+            a * a - b * c,
+            b + (b * b - c * a),
+            b + (c * c - a * b),
+            a + (a * a - b * c),
+        ];
+        let rounded = all.map(f64::to_bits).to_vec();
+        let all: [f64; 9] = [
+            b.mul_add(c, a),
+            (-b).mul_add(c, a),
+            c.mul_add(b, b.mul_add(a, a * c)),
+            (-c).mul_add(a, b * b),
+            (-a).mul_add(b, c * c),
+            (-b).mul_add(c, a * a),
+            (-c).mul_add(a, b.mul_add(b, b)),
+            (-a).mul_add(b, c.mul_add(c, b)),
+            (-b).mul_add(c, a.mul_add(a, a)),
+        ];
+        let once = all.map(f64::to_bits).to_vec();
+        assert!(rounded.iter().zip(&once).filter(|(a, b)| a != b).count() > 4);
+        assert_eq!(products::<4, Plain>([a, b, c]), [(); 4].map(|()| rounded.clone()));
+        assert_eq!(products::<4, Plain<true>>([a, b, c]), [(); 4].map(|()| once.clone()));
+        #[cfg(target_arch = "x86_64")]
+        {
+            if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+                assert_eq!(products::<4, Four>([a, b, c]), [(); 4].map(|()| rounded.clone()));
+                assert_eq!(products::<4, Four<true>>([a, b, c]), [(); 4].map(|()| once.clone()));
+            }
+            if is_x86_feature_detected!("avx512f") {
+                assert_eq!(products::<8, Eight>([a, b, c]), [(); 8].map(|()| rounded.clone()));
+                assert_eq!(products::<8, Eight<true>>([a, b, c]), [(); 8].map(|()| once.clone()));
             }
         }
     }

@@ -7,11 +7,11 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Four numbers.
 #[derive(Debug, Clone, Copy)]
-pub struct Plain([f64; 4]);
+pub struct Plain<const FUSED: bool = false>([f64; 4]);
 
 macro_rules! operator {
     ($trait:ident, $name:ident, $sign:tt) => {
-        impl $trait for Plain {
+        impl<const FUSED: bool> $trait for Plain<FUSED> {
             type Output = Self;
             #[inline(always)]
             fn $name(self, o: Self) -> Self {
@@ -26,7 +26,7 @@ operator!(Sub, sub, -);
 operator!(Mul, mul, *);
 operator!(Div, div, /);
 
-impl Neg for Plain {
+impl<const FUSED: bool> Neg for Plain<FUSED> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -34,8 +34,24 @@ impl Neg for Plain {
     }
 }
 
-impl Lanes for Plain {
+impl<const FUSED: bool> Lanes for Plain<FUSED> {
     type Mask = [bool; 4];
+    const FUSED: bool = FUSED;
+    // `mul_add` rounds once everywhere; where the processor cannot do it, it is computed with integers, slowly.
+    #[inline(always)]
+    fn plus_product(self, a: Self, b: Self) -> Self {
+        if FUSED {
+            return Self(from_fn(|l| a.0[l].mul_add(b.0[l], self.0[l])));
+        }
+        self + a * b
+    }
+    #[inline(always)]
+    fn minus_product(self, a: Self, b: Self) -> Self {
+        if FUSED {
+            return Self(from_fn(|l| (-a.0[l]).mul_add(b.0[l], self.0[l])));
+        }
+        self - a * b
+    }
     #[inline(always)]
     fn splat(value: f64) -> Self {
         Self([value; 4])
@@ -82,7 +98,7 @@ impl Lanes for Plain {
     }
 }
 
-impl Wide<4> for Plain {
+impl<const FUSED: bool> Wide<4> for Plain<FUSED> {
     type Row = [f64; 8];
     #[inline(always)]
     fn row(line: &Line) -> [f64; 8] {

@@ -7,15 +7,15 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Four numbers in an AVX2 register.
 #[derive(Debug, Clone, Copy)]
-pub struct Four(__m256d);
+pub struct Four<const FUSED: bool = false>(__m256d);
 
 /// Eight numbers in an AVX-512 register.
 #[derive(Debug, Clone, Copy)]
-pub struct Eight(__m512d);
+pub struct Eight<const FUSED: bool = false>(__m512d);
 
 macro_rules! operators {
     ($type:ident, $add:ident, $sub:ident, $mul:ident, $div:ident, $xor:ident, $set:ident) => {
-        impl Add for $type {
+        impl<const FUSED: bool> Add for $type<FUSED> {
             type Output = Self;
             #[inline(always)]
             fn add(self, other: Self) -> Self {
@@ -23,7 +23,7 @@ macro_rules! operators {
                 Self(unsafe { $add(self.0, other.0) })
             }
         }
-        impl Sub for $type {
+        impl<const FUSED: bool> Sub for $type<FUSED> {
             type Output = Self;
             #[inline(always)]
             fn sub(self, other: Self) -> Self {
@@ -31,7 +31,7 @@ macro_rules! operators {
                 Self(unsafe { $sub(self.0, other.0) })
             }
         }
-        impl Mul for $type {
+        impl<const FUSED: bool> Mul for $type<FUSED> {
             type Output = Self;
             #[inline(always)]
             fn mul(self, other: Self) -> Self {
@@ -39,7 +39,7 @@ macro_rules! operators {
                 Self(unsafe { $mul(self.0, other.0) })
             }
         }
-        impl Div for $type {
+        impl<const FUSED: bool> Div for $type<FUSED> {
             type Output = Self;
             #[inline(always)]
             fn div(self, other: Self) -> Self {
@@ -47,7 +47,7 @@ macro_rules! operators {
                 Self(unsafe { $div(self.0, other.0) })
             }
         }
-        impl Neg for $type {
+        impl<const FUSED: bool> Neg for $type<FUSED> {
             type Output = Self;
             #[inline(always)]
             fn neg(self) -> Self {
@@ -76,8 +76,25 @@ operators!(
     _mm512_set1_pd
 );
 
-impl Lanes for Four {
+impl<const FUSED: bool> Lanes for Four<FUSED> {
     type Mask = __m256d;
+    const FUSED: bool = FUSED;
+    #[inline(always)]
+    fn plus_product(self, a: Self, b: Self) -> Self {
+        if FUSED {
+            // SAFETY: see above.
+            return Self(unsafe { _mm256_fmadd_pd(a.0, b.0, self.0) });
+        }
+        self + a * b
+    }
+    #[inline(always)]
+    fn minus_product(self, a: Self, b: Self) -> Self {
+        if FUSED {
+            // SAFETY: see above.
+            return Self(unsafe { _mm256_fnmadd_pd(a.0, b.0, self.0) });
+        }
+        self - a * b
+    }
     #[inline(always)]
     fn splat(value: f64) -> Self {
         // SAFETY: see above.
@@ -163,7 +180,7 @@ fn three(value: &Vec3) -> __m256d {
     unsafe { _mm256_maskload_pd(value.as_ptr(), _mm256_set_epi64x(0, -1, -1, -1)) }
 }
 
-impl Wide<4> for Four {
+impl<const FUSED: bool> Wide<4> for Four<FUSED> {
     type Row = [__m256d; 2];
     #[inline(always)]
     fn row(line: &Line) -> Self::Row {
@@ -301,8 +318,25 @@ impl Wide<4> for Four {
     }
 }
 
-impl Lanes for Eight {
+impl<const FUSED: bool> Lanes for Eight<FUSED> {
     type Mask = __mmask8;
+    const FUSED: bool = FUSED;
+    #[inline(always)]
+    fn plus_product(self, a: Self, b: Self) -> Self {
+        if FUSED {
+            // SAFETY: see above.
+            return Self(unsafe { _mm512_fmadd_pd(a.0, b.0, self.0) });
+        }
+        self + a * b
+    }
+    #[inline(always)]
+    fn minus_product(self, a: Self, b: Self) -> Self {
+        if FUSED {
+            // SAFETY: see above.
+            return Self(unsafe { _mm512_fnmadd_pd(a.0, b.0, self.0) });
+        }
+        self - a * b
+    }
     #[inline(always)]
     fn splat(value: f64) -> Self {
         // SAFETY: see above.
@@ -403,7 +437,7 @@ fn turn8(r: [__m512d; 8]) -> [__m512d; 8] {
 
 /// Eight vectors of four numbers turned; the fourth numbers are dropped.
 #[inline(always)]
-fn turn3(r: [__m256d; 8]) -> Triple<Eight> {
+fn turn3<const FUSED: bool>(r: [__m256d; 8]) -> Triple<Eight<FUSED>> {
     // SAFETY: see above.
     unsafe {
         let (a, b) = (join(r[0], r[2]), join(r[1], r[3]));
@@ -431,7 +465,7 @@ fn masked(value: &Vec3) -> __m256d {
     unsafe { _mm256_maskz_loadu_pd(0b111, value.as_ptr()) }
 }
 
-impl Wide<8> for Eight {
+impl<const FUSED: bool> Wide<8> for Eight<FUSED> {
     type Row = __m512d;
     #[inline(always)]
     fn row(line: &Line) -> __m512d {
