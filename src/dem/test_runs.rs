@@ -147,6 +147,31 @@ fn threads_change_no_bit() {
     }
 }
 
+#[test]
+fn solvers_round_what_gravity_adds_and_leapfrog_does_not() {
+    for scheme in [Scheme::Leapfrog, Scheme::Liggghts, Scheme::Lammps] {
+        let mut model = empty(scheme, contact(0.0, 0.0, 0.0, 0.0));
+        (model.gravity, model.plan.steps) = (Vec3::new(0.3, -0.7, -9.81), 40);
+        let start = Vec3::new(0.1, 0.7, 1.3);
+        add_sphere(&mut model, Vec3::zeros(), RADIUS, start, Vec3::zeros());
+        let half = 0.5 * model.plan.step;
+        let fall = |fused: bool| {
+            start.zip_map(&model.gravity, |start, pull| {
+                (0..80).fold(start, |speed, _| match fused {
+                    true => pull.mul_add(half, speed),
+                    false => speed + pull * half,
+                })
+            })
+        };
+        assert_ne!(fall(true), fall(false));
+        for series_every in [0, 1, 7] {
+            model.plan.series_every = series_every;
+            let found = finish(&model).frames.last().expect("frames").bodies[0].velocity;
+            assert_eq!(found, fall(scheme == Scheme::Leapfrog), "{scheme:?} {series_every}");
+        }
+    }
+}
+
 /// Spheres go on during the force passes that nobody looks at, and after the others.
 #[test]
 fn what_is_looked_at_changes_no_bit() {
