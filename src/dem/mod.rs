@@ -2,7 +2,8 @@
 //! dimensions) with a linear spring–dashpot–slider, planes and triangle meshes.
 //!
 //! Four schemes share everything but the order of operations:
-//! `leapfrog` (ours), `liggghts`, `lammps` and `yade` (those codes to round-off). A fifth,
+//! `leapfrog` (ours), `liggghts`, `lammps` and `yade` (those codes to round-off); and `leapfrog` adds
+//! products without rounding them first, which the codes do not do. A fifth,
 //! `path_averaged` (ours), averages forces over the path of each step and is of
 //! second order also where contacts begin and end (see `averaged.rs`).
 //!

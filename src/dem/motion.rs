@@ -6,7 +6,8 @@
 //! - `yade` (leapfrog): v_{n+1/2} = v_{n−1/2} + Δt F_n/m; x_{n+1} = x_n + Δt v_{n+1/2}.
 //!
 //! Rotation the same with torque and moment of inertia; clumps see [`super::turn`].
-//! Single spheres have no orientation: nothing depends on it.
+//! Single spheres have no orientation: nothing depends on it. In `leapfrog` their kicks are fused (see
+//! [`Setting::fused`]); clumps, whose motion is not what takes the time, are not.
 //! O(N) a step; cannot fail.
 
 use super::crew::Crew;

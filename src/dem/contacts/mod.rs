@@ -10,9 +10,10 @@
 //! like the others and get no force: few listed pairs are.
 //!
 //! The same functions are compiled for eight pairs (AVX-512), four (AVX2) and four on any processor,
-//! and chosen when the program runs. The first and last sweep do not know the
+//! and chosen when the program runs; each again for the scheme `leapfrog`, which adds products without rounding them first
+//! (see [`Setting::fused`]). The first and last sweep do not know the
 //! law, the others not the sizes: few versions of each are needed. Pairs are taken in groups of eight, with one sum of each
-//! energy for each place in the group: all versions give the same bytes.
+//! energy for each place in the group: all fused versions give the same bytes, and so do all others.
 //! O(listed pairs); cannot fail.
 
 mod columns;

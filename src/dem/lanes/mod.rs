@@ -342,7 +342,7 @@ mod tests {
         }
     }
 
-    /// `a + b × c`, `a − b × c`, `a·b`, the parts of `a × b` and of `c + a × b` of vectors made of these.
+    /// `a + b × c`, `a − b × c`, then for the vectors v = (a, b, c) and w = (c, a, b) v·w, v × w, and (b, b, a) + v × w.
     fn products<const W: usize, L: Wide<W>>([a, b, c]: [f64; 3]) -> [Vec<u64>; W] {
         let number = |value: f64| L::load(&[value; W]);
         let [l, m, n] = [a, b, c].map(number);
@@ -361,7 +361,7 @@ mod tests {
 
     #[test]
     fn fused_products_are_rounded_once_and_others_twice() {
-        let (a, b, c): (f64, f64, f64) = (-0.83, -1.3, 0.7);
+        let (a, b, c): (f64, f64, f64) = (-4.7, 0.93, 5.1);
         let all = [
             a + b * c,
             a - b * c,
