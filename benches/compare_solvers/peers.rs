@@ -12,6 +12,8 @@ use std::process::{Command, Stdio};
 pub enum Code {
     /// Ours, with this many threads.
     Riprap(usize),
+    /// Ours without the energy ledger, which the others do not have either.
+    Bare,
     /// LIGGGHTS through our deck.
     Liggghts,
     /// LAMMPS `gran/hooke/history`; beds of spheres only.
@@ -25,6 +27,7 @@ impl Code {
         match self {
             Self::Riprap(1) => "riprap".to_owned(),
             Self::Riprap(threads) => format!("riprap, {threads} threads"),
+            Self::Bare => "riprap, no ledger".to_owned(),
             Self::Liggghts => "LIGGGHTS".to_owned(),
             Self::Lammps => "LAMMPS".to_owned(),
             Self::Yade => "YADE".to_owned(),
@@ -34,7 +37,7 @@ impl Code {
     /// Whether it can be started here.
     pub fn is_there(self) -> bool {
         match self {
-            Self::Riprap(_) => true,
+            Self::Riprap(_) | Self::Bare => true,
             Self::Lammps => Command::new("lmp").arg("-h").stdout(Stdio::null()).status().is_ok(),
             Self::Liggghts => solver::all()[0].find().is_some(),
             Self::Yade => solver::all()[1].find().is_some(),
@@ -46,8 +49,12 @@ impl Code {
         let folder = cache.join(format!("{}-{scene}-{steps}", self.name()));
         let model = || scenes::model(scene, steps, cache);
         let mut command = match self {
-            Self::Riprap(threads) => {
-                let mut command = ours(scene, steps, threads);
+            Self::Riprap(_) | Self::Bare => {
+                let bare = format!("{scene}-{}", scenes::BARE);
+                let mut command = match self {
+                    Self::Riprap(threads) => ours(scene, steps, threads),
+                    _ => ours(&bare, steps, 1),
+                };
                 command.current_dir(cache.parent().unwrap_or(cache));
                 return command;
             }

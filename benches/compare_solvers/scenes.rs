@@ -17,12 +17,14 @@ pub const DENSITY: f64 = 2500.0;
 pub const KN: f64 = 1e3;
 /// Time step, s: a 22nd of the contact time of two spheres.
 pub const STEP: f64 = 1e-5;
+/// The variant without energy ledger.
+pub const BARE: &str = "bare";
 /// Width of the bed of 10 000 spheres, m.
 const BED: f64 = 0.0405;
 /// Radius and half length of the drum, m.
 const DRUM: [f64; 2] = [0.035, 0.0225];
 
-/// The model that a name such as `A10000`, `A10000-frictionless`, `A10000-2d`, `B` or `C`
+/// The model that a name such as `A10000`, `A10000-frictionless`, `A10000-2d`, `A10000-bare`, `B` or `C`
 /// stands for, to be run for `steps` steps; settled on the first call.
 pub fn model(name: &str, steps: u64, cache: &Path) -> Model {
     let (scene, variant) = name.split_once('-').unwrap_or((name, ""));
@@ -40,6 +42,7 @@ pub fn model(name: &str, steps: u64, cache: &Path) -> Model {
         }
     }
     model.plan.steps = steps;
+    model.plan.ledger = variant != BARE;
     model
 }
 

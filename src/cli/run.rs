@@ -47,9 +47,12 @@ pub fn summary(run: &Run) -> String {
     }
     if let Some(last) = run.series.last() {
         text.push_str(&format!(
-            "\nat t = {:.4} s: kinetic energy {:.3e} J, coordination {:.2}, worst overlap {:.2e} R, energy error {:.1e} J",
-            last.time, last.kinetic, last.coordination, last.worst_overlap, last.energy_error
+            "\nat t = {:.4} s: kinetic energy {:.3e} J, coordination {:.2}, worst overlap {:.2e} R",
+            last.time, last.kinetic, last.coordination, last.worst_overlap
         ));
+        if let Some(error) = last.energy_error {
+            text.push_str(&format!(", energy error {error:.1e} J"));
+        }
     }
     for note in &run.notes {
         text.push_str(&format!("\n{note}"));

@@ -38,11 +38,17 @@ use crate::model::{Contact, Coulomb, History};
 
 /// What sits inside the contact loop, known to the compiler. `DRAGS`: tangential dashpots.
 #[derive(Debug, Clone, Copy)]
-pub struct Averaged<const FRICTION: bool, const DAMPING: bool, const DRAGS: bool>;
+pub struct Averaged<
+    const FRICTION: bool,
+    const DAMPING: bool,
+    const DRAGS: bool,
+    const LEDGER: bool,
+>;
 
-impl<const FRICTION: bool, const DAMPING: bool, const DRAGS: bool> Kind
-    for Averaged<FRICTION, DAMPING, DRAGS>
+impl<const FRICTION: bool, const DAMPING: bool, const DRAGS: bool, const LEDGER: bool> Kind
+    for Averaged<FRICTION, DAMPING, DRAGS, LEDGER>
 {
+    const LEDGER: bool = LEDGER;
     const FRICTION: bool = FRICTION;
     const DAMPING: bool = DAMPING;
     const COULOMB: Coulomb = Coulomb::Sum;
@@ -94,7 +100,7 @@ pub struct Answer<L: Lanes> {
     pub tangent: Triple<L>,
     /// Zeros where the contact has ended.
     pub memory: Past<L>,
-    /// Energy taken by the normal dashpot, the tangential dashpot and slip, J.
+    /// Energy taken by the normal dashpot, the tangential dashpot and slip, J; 0 without a ledger.
     pub taken: [L; 3],
 }
 
@@ -172,8 +178,10 @@ pub fn respond<L: Lanes, K: Kind>(
             mean = pushing(mean, lean, meets);
         }
         let force = mean * part;
-        let work = interval * (elastic - force) * (free + implicit * force);
-        taken[0] = L::only(meets, work);
+        if K::LEDGER {
+            let work = interval * (elastic - force) * (free + implicit * force);
+            taken[0] = L::only(meets, work);
+        }
     }
     let normal = L::only(meets, mean * part);
     let leaves = L::both(meets, to.below(one));
@@ -212,12 +220,14 @@ pub fn respond<L: Lanes, K: Kind>(
         let half_way = way * L::splat(0.5);
         let end = spring + Triple::pick(begins_slipping, spring, half_way);
         if K::DRAGS {
-            taken[1] = L::only(meets, interval * part * dash.dot(sliding));
+            if K::LEDGER {
+                taken[1] = L::only(meets, interval * part * dash.dot(sliding));
+            }
             memory.pull = Triple::only(stays, tangent);
         }
         let released = L::both(L::both(live, past.touched), L::not(meets));
         let ends = L::either(leaves, released);
-        if L::any(L::either(ends, L::either(entry, slips))) {
+        if K::LEDGER && L::any(L::either(ends, L::either(entry, slips))) {
             let held = L::splat(0.5) * pair.kt * end.dot(end);
             let left = L::splat(0.5) * pair.kt * old.dot(old);
             taken[2] = L::pick(released, left, L::only(leaves, held));

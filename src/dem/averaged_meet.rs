@@ -367,7 +367,8 @@ pub fn answer<const W: usize, L: Wide<W>, K: Kind>(
         if K::DRAGS {
             pulls.store(group, memory.pull);
         }
-        for (sums, taken) in scratch.sums.iter_mut().zip(taken) {
+        let ways = if K::LEDGER { 3 } else { 0 };
+        for (sums, taken) in scratch.sums[..ways].iter_mut().zip(taken) {
             let sums = chunk_mut(sums, at % GROUP);
             (L::load(sums) + taken).store(sums);
         }

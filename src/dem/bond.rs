@@ -25,7 +25,7 @@ use crate::num::{Rotation, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// Springs that turn with the contact as YADE's do.
-type TurnedSpring = Variant<true, false, 1, 2>;
+type TurnedSpring = Variant<true, false, 1, 2, false>;
 
 /// What does not change of the bonds during a run.
 #[derive(Debug, Default)]

@@ -211,7 +211,7 @@ fn one_step(
     let unseen = owed && watch.is_some_and(|watch| !watch.looks_at(state));
     let leap = Leap::new(setting, state, owed);
     let ahead = unseen && work.crew.size() == 1 && onward::fits(setting, state);
-    pass(setting, state, work, (false, ahead.then_some(&leap)));
+    pass(setting, state, work, (Look::After(!unseen), ahead.then_some(&leap)));
     if !owed {
         motion::finish(setting, state);
     }
@@ -295,7 +295,16 @@ pub(super) fn force_pass(
     work: &mut Workspace,
     first: bool,
 ) {
-    pass(setting, state, work, (first, None));
+    let look = if first { Look::First } else { Look::After(true) };
+    pass(setting, state, work, (look, None));
+}
+
+/// What a force pass is for.
+enum Look {
+    /// To begin with.
+    First,
+    /// For a step, and whether somebody looks at forces after it.
+    After(bool),
 }
 
 /// The same; spheres go `onward` during it where that is given.
@@ -303,13 +312,17 @@ fn pass(
     setting: &Setting<'_>,
     state: &mut State,
     work: &mut Workspace,
-    (first, onward): (bool, Option<&Leap>),
+    (look, onward): (Look, Option<&Leap>),
 ) {
+    let first = matches!(look, Look::First);
+    let needs = &setting.needs;
     let rule = Rule {
         law: setting.law,
         advance: if first && setting.scheme != Scheme::Yade { 0.0 } else { setting.step },
         interval: if first { 0.0 } else { setting.step },
         bare_slip: setting.scheme == Scheme::Lammps,
+        // A run that waits for grains may end at any step.
+        seen: !matches!(look, Look::After(false)) || needs.servo_walls || needs.arrivals,
     };
     let mut tally = evaluate(setting, state, work, (&rule, onward));
     tally += bond::pass(setting, state, &rule, first);

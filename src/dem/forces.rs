@@ -245,7 +245,16 @@ fn averaged(setting: &Setting<'_>, state: &mut State, work: &mut Workspace, rule
     }
     macro_rules! with {
         ($friction:literal, $damping:literal, $drags:literal) => {
-            pass::<Averaged<$friction, $damping, $drags>>(setting, state, work, (rule, None))
+            match setting.kept.ledger {
+                true => {
+                    type Whole = Averaged<$friction, $damping, $drags, true>;
+                    pass::<Whole>(setting, state, work, (rule, None))
+                }
+                false => {
+                    type Bare = Averaged<$friction, $damping, $drags, false>;
+                    pass::<Bare>(setting, state, work, (rule, None))
+                }
+            }
         };
     }
     let kept = setting.kept;

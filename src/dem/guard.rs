@@ -240,6 +240,7 @@ fn gain(setting: &Setting<'_>, state: &State, guard: &Guard) -> Option<String> {
         return None;
     }
     let row = ledger::row(setting, state);
+    let error = row.energy_error?;
     let taken = row.normal_dashpot + row.tangential_dashpot + row.slip + row.local_damping;
     let there = row.kinetic
         + row.elastic
@@ -249,12 +250,12 @@ fn gain(setting: &Setting<'_>, state: &State, guard: &Guard) -> Option<String> {
         + row.attraction.abs()
         + row.wall_work.abs()
         + row.gravitational.abs();
-    (row.energy_error > guard.gain * there).then(|| {
+    (error > guard.gain * there).then(|| {
         format!(
             "the energy ledger has {:.3e} J too much, {:.2} of all energy: the step {} s is too \
              large for what happens; reduce it, or raise plan.guard.gain ({})",
-            row.energy_error,
-            row.energy_error / there,
+            error,
+            error / there,
             setting.step,
             guard.gain
         )

@@ -35,6 +35,8 @@ pub struct Rule {
     /// True: a contact that slips before its spring has moved gives no tangential force (LAMMPS
     /// in its set-up pass).
     pub bare_slip: bool,
+    /// Whether somebody asks for [`Book::lag`] after the pass; a ledger does in every pass.
+    pub seen: bool,
 }
 
 /// Geometry and motion of a contact.
@@ -165,11 +167,11 @@ pub struct Book {
     pub touching: Vec<bool>,
     /// Tangential springs, m; with friction only.
     pub spring: Triple<Vec<f64>>,
-    /// Non-elastic normal force at the last pass, N; of path-averaged contacts the whole normal
-    /// force. With damping only.
+    /// Non-elastic normal force at the last pass, without a ledger at the last that was [`Rule::seen`], N; of
+    /// path-averaged contacts the whole normal force. With damping only.
     pub lag: Vec<f64>,
-    /// Power of the tangential dashpot at the last pass, W; 0 of path-averaged contacts. With friction
-    /// and damping only. No force follows from it, and the energies that do are
+    /// Power of the tangential dashpot at the last pass, W; 0 of path-averaged contacts. With friction,
+    /// damping and a ledger only. No force follows from it, and the energies that do are
     /// of second order in the step: single precision is enough.
     pub power: Vec<f32>,
     /// Normal of the last pass; with springs that turn with it only.
@@ -198,6 +200,15 @@ pub struct Kept {
     pub normals: bool,
     /// Old tangential forces.
     pub pulls: bool,
+    /// What the energies that contacts take follow from.
+    pub ledger: bool,
+}
+
+impl Kept {
+    /// Whether powers of tangential dashpots are.
+    pub fn powers(self) -> bool {
+        self.friction && self.damping && self.ledger
+    }
 }
 
 impl Book {
@@ -208,7 +219,7 @@ impl Book {
             touching: vec![false; size],
             spring: Triple::zeros(of(kept.friction)),
             lag: vec![0.0; of(kept.damping)],
-            power: vec![0.0; of(kept.friction && kept.damping)],
+            power: vec![0.0; of(kept.powers())],
             normal: Triple::zeros(of(kept.friction && kept.normals)),
             pull: Triple::zeros(of(kept.friction && kept.pulls)),
         }
@@ -279,7 +290,7 @@ impl<'a> BookView<'a> {
         }
         if K::DAMPING {
             past.lag = self.lag[k];
-            if K::FRICTION {
+            if K::FRICTION && K::LEDGER {
                 past.power = f64::from(self.power[k]);
             }
         }
@@ -297,7 +308,7 @@ impl<'a> BookView<'a> {
         }
         if K::DAMPING {
             self.lag[k] = past.lag;
-            if K::FRICTION {
+            if K::FRICTION && K::LEDGER {
                 self.power[k] = past.power as f32;
             }
         }
@@ -318,7 +329,7 @@ impl<'a> BookView<'a> {
         }
         if K::DAMPING {
             self.lag[to.clone()].copy_from_slice(&other.lag[from.clone()]);
-            if K::FRICTION {
+            if K::FRICTION && K::LEDGER {
                 self.power[to].copy_from_slice(&other.power[from]);
             }
         }
@@ -352,6 +363,8 @@ pub trait Kind: Copy + Send + Sync {
     const COULOMB: Coulomb;
     /// How springs follow the contact plane.
     const HISTORY: History;
+    /// Whether the energies that contacts take are counted.
+    const LEDGER: bool;
     /// Forces averaged over the path of a step (see [`super::averaged`]).
     const AVERAGED: bool = false;
     /// Of these, tangential dashpots.
@@ -360,11 +373,23 @@ pub trait Kind: Copy + Send + Sync {
 
 /// A kind by its numbers: see [`for_kind`].
 #[derive(Debug, Clone, Copy)]
-pub struct Variant<const FRICTION: bool, const DAMPING: bool, const COULOMB: u8, const HISTORY: u8>;
+pub struct Variant<
+    const FRICTION: bool,
+    const DAMPING: bool,
+    const COULOMB: u8,
+    const HISTORY: u8,
+    const LEDGER: bool,
+>;
 
-impl<const FRICTION: bool, const DAMPING: bool, const COULOMB: u8, const HISTORY: u8> Kind
-    for Variant<FRICTION, DAMPING, COULOMB, HISTORY>
+impl<
+    const FRICTION: bool,
+    const DAMPING: bool,
+    const COULOMB: u8,
+    const HISTORY: u8,
+    const LEDGER: bool,
+> Kind for Variant<FRICTION, DAMPING, COULOMB, HISTORY, LEDGER>
 {
+    const LEDGER: bool = LEDGER;
     const FRICTION: bool = FRICTION;
     const DAMPING: bool = DAMPING;
     const COULOMB: Coulomb = match COULOMB {
@@ -386,8 +411,13 @@ macro_rules! for_kind {
         use $crate::model::{Coulomb, History};
         macro_rules! with {
             ($friction:literal, $damping:literal, $coulomb:literal, $history:literal) => {{
-                type $kind = Variant<$friction, $damping, $coulomb, $history>;
-                $body
+                if $kept.ledger {
+                    type $kind = Variant<$friction, $damping, $coulomb, $history, true>;
+                    $body
+                } else {
+                    type $kind = Variant<$friction, $damping, $coulomb, $history, false>;
+                    $body
+                }
             }};
         }
         match ($kept.friction, $kept.damping, $law.coulomb, $law.history) {
@@ -420,7 +450,7 @@ pub struct Response<L> {
     pub tangent: Triple<L>,
     /// What the contact remembers now; zeros if apart.
     pub past: Past<L>,
-    /// Energy taken by the normal dashpot, the tangential dashpot and slip, J.
+    /// Energy taken by the normal dashpot, the tangential dashpot and slip, J; 0 without a ledger.
     pub taken: [L; 3],
 }
 
@@ -447,7 +477,9 @@ pub fn respond<L: Lanes, K: Kind>(
         let pulls = L::both(normal.below(zero), L::all(!rule.law.tension));
         normal = L::pick(pulls, zero, normal);
         past.lag = L::only(touches, normal - elastic);
-        taken[0] = L::splat(0.5 * rule.interval) * closing * (old.lag + past.lag);
+        if K::LEDGER {
+            taken[0] = L::splat(0.5 * rule.interval) * closing * (old.lag + past.lag);
+        }
     }
     normal = L::only(touches, normal);
     let mut tangent = Triple::zero();
@@ -470,13 +502,13 @@ pub fn respond<L: Lanes, K: Kind>(
         }
         tangent = Triple::only(holds, force.map(|f| -f));
         past.spring = Triple::only(holds, spring);
-        let ends = L::either(slips, L::not(touches));
         // With springs that do not move, as in the set-up pass, slip takes nothing.
-        if rule.interval > 0.0 {
+        if K::LEDGER && rule.interval > 0.0 {
+            let ends = L::either(slips, L::not(touches));
             let lost = (before + past.spring).dot(trial - past.spring);
             taken[2] = L::only(ends, L::splat(0.5) * pair.kt * lost);
         }
-        if K::DAMPING {
+        if K::LEDGER && K::DAMPING {
             past.power = L::only(touches, dash.dot(slide));
             taken[1] = L::splat(rule.interval) * mean_power(old.power, past.power);
         }

@@ -113,7 +113,7 @@ fn carry(setting: &Setting<'_>, old: Book, places: &[u32]) -> Book {
     let Book { spring, lag, power, normal, pull, .. } = old;
     Book {
         lag: moved((kept.damping, lag), places, 0.0, |lag| lag),
-        power: moved((kept.friction && kept.damping, power), places, 0.0, |power| power),
+        power: moved((kept.powers(), power), places, 0.0, |power| power),
         spring: vectors(kept.friction, spring),
         touching: places.iter().map(|place| *place != NEW).collect(),
         normal: vectors(kept.friction && kept.normals, normal),

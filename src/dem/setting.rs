@@ -111,6 +111,7 @@ impl<'a> Setting<'a> {
                 damping: needs.normal_damping || needs.tangential_damping,
                 normals: plan.law.history == History::Rotated,
                 pulls: plan.scheme == Scheme::PathAveraged && needs.tangential_damping,
+                ledger: needs.ledger,
             },
             edges: model.periodic.map_or(Vec3::repeat(f64::INFINITY), |cell| cell.lengths()),
             surfaces: Surfaces::new(model),

@@ -64,7 +64,7 @@ fn the_ledger_counts_who_comes_as_there_from_the_start() {
         assert_eq!(run.outcome, Outcome::Finished, "{scheme:?}");
         let whole: f64 = run.series.iter().map(|row| row.kinetic).fold(0.0, f64::max);
         for row in &run.series {
-            assert!(row.energy_error.abs() < 0.02 * whole, "{scheme:?} {row:?}");
+            assert!(row.missed().abs() < 0.02 * whole, "{scheme:?} {row:?}");
         }
     }
 }

@@ -258,8 +258,10 @@ fn draw(source: &mut random::Stream, drags: bool) -> (Contact, Met, f64, Book) {
     let deep = number(0.0, 1.0);
     let gap = if deep < 0.5 { number(-1.2, 1.2) * reach } else { number(-20.0, 1.0) * reach };
     let met = Met { normal, gap, velocity, pull, early: early - normal * 0.2, ease };
-    let mut book =
-        Book::open(1, Kept { friction: true, damping: true, normals: false, pulls: drags });
+    let mut book = Book::open(
+        1,
+        Kept { friction: true, damping: true, normals: false, pulls: drags, ledger: true },
+    );
     if number(0.0, 1.0) < 0.6 {
         let flat = |v: Vec3| v - normal * (0.999 * v.dot(&normal));
         book.touching[0] = true;
@@ -284,7 +286,7 @@ fn compare<const FRICTION: bool, const DAMPING: bool, const DRAGS: bool>(cases: 
         }
         let law = law_of(number % 2 == 0);
         let interval = if number % 5 == 0 { 0.0 } else { STEP };
-        let rule = Rule { law, advance: STEP, interval, bare_slip: false };
+        let rule = Rule { law, advance: STEP, interval, bare_slip: false, seen: true };
         let meeting = Meeting {
             normal: met.normal.into(),
             gap: met.gap,
@@ -296,7 +298,7 @@ fn compare<const FRICTION: bool, const DAMPING: bool, const DRAGS: bool>(cases: 
         };
         let (mut theirs, touched) = (book.clone(), book.touching[0]);
         let (mut mine, mut other) = (Tally::default(), Tally::default());
-        let here = advance::<Averaged<FRICTION, DAMPING, DRAGS>>(
+        let here = advance::<Averaged<FRICTION, DAMPING, DRAGS, true>>(
             (&rule, STEP),
             &pair,
             &meeting,

@@ -218,7 +218,7 @@ fn residual(mut model: Model, per: f64) -> f64 {
     let run = finish(&model);
     let energy = run.series[0].kinetic + run.series[0].elastic;
     assert!(run.series.iter().any(|row| row.attraction.abs() > 1e-3 * energy));
-    run.series.iter().map(|row| row.energy_error.abs()).fold(0.0, f64::max) / energy
+    run.series.iter().map(|row| row.missed().abs()).fold(0.0, f64::max) / energy
 }
 
 #[test]
@@ -292,7 +292,7 @@ fn rolling_spheres_slow_down_as_they_should() {
             let lost = 0.7 * MASS * (0.25 - speed * speed);
             let row = run.series.last().expect("rows");
             assert!((row.rolling / lost - 1.0).abs() < 0.02, "{scheme:?} {law:?} {row:?} {lost}");
-            assert!(row.energy_error.abs() < 1e-3 * lost, "{scheme:?} {law:?} {row:?}");
+            assert!(row.missed().abs() < 1e-3 * lost, "{scheme:?} {law:?} {row:?}");
         }
     }
 }
@@ -331,7 +331,7 @@ fn drag_slows_exponentially_and_is_counted() {
         assert!((last(&run).velocities[0] - right).norm() < 1e-3, "{scheme:?}");
         let row = run.series.last().expect("rows");
         assert!(row.drag > 0.5 * MASS * 0.5, "{row:?}");
-        assert!(row.energy_error.abs() < 1e-4 * run.series[0].kinetic, "{scheme:?} {row:?}");
+        assert!(row.missed().abs() < 1e-4 * run.series[0].kinetic, "{scheme:?} {row:?}");
     }
     let mut model = two(Scheme::Leapfrog, PairForces::default(), 0.05, Vec3::zeros());
     model.extra.drag = 100.0;

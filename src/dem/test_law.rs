@@ -23,7 +23,8 @@ fn laws() -> impl Strategy<Value = Law> {
     })
 }
 
-const KEPT: Kept = Kept { friction: true, damping: true, normals: true, pulls: false };
+const KEPT: Kept =
+    Kept { friction: true, damping: true, normals: true, pulls: false, ledger: true };
 
 /// A book of one contact with this spring and normal.
 fn book_of(spring: Vec3, normal: Vec3) -> Book {
@@ -43,7 +44,7 @@ proptest! {
         let pair = Contact { kn: 1e4, kt: 7e3, cn: 2.0, ct: 1.0, friction };
         let normal = (Vec3::z() + tilt).normalize();
         let mut book = book_of(Vec3::new(old.x, old.y, 0.0), Vec3::z());
-        let rule = Rule { law, advance: 1e-6, interval: 1e-6, bare_slip: false };
+        let rule = Rule { law, advance: 1e-6, interval: 1e-6, bare_slip: false, seen: true };
         let approach = Approach::new(normal, overlap, velocity, Vec3::zeros());
         let mut tally = Tally::default();
         let reply = for_kind!(KEPT, law, K => advance::<K>(
@@ -78,7 +79,7 @@ proptest! {
         tilt in vector(1e-2), overlap in 0.0..1e-3f64, axis in vector(3.0),
     ) {
         let pair = Contact { kn: 1e4, kt: 7e3, cn: 2.0, ct: 1.0, friction: 0.4 };
-        let rule = Rule { law, advance: 1e-6, interval: 1e-6, bare_slip: false };
+        let rule = Rule { law, advance: 1e-6, interval: 1e-6, bare_slip: false, seen: true };
         let frame = crate::num::Rotation::from_scaled_axis(axis);
         let flat = Vec3::new(old.x, old.y, 0.0);
         let seen = |turn: &dyn Fn(Vec3) -> Vec3| {
@@ -111,7 +112,7 @@ proptest! {
         let steps = 2000u32;
         let work = |count: u32| {
             let step = 1e-3 / f64::from(count);
-            let rule = Rule { law, advance: step, interval: step, bare_slip: false };
+            let rule = Rule { law, advance: step, interval: step, bare_slip: false, seen: true };
             let mut book = book_of(Vec3::zeros(), Vec3::z());
             let (mut sum, mut last, mut held) = (0.0, None::<Vec3>, 0.0);
             for i in 0..=2 * count {
@@ -150,7 +151,7 @@ proptest! {
         law in laws(), velocity in vector(1.0), overlap in 0.0..1e-3f64,
     ) {
         let pair = Contact { kn: 1e4, kt: 7e3, cn: 2.0, ct: 1.0, friction: 0.4 };
-        let rule = Rule { law, advance: 1e-6, interval: 1e-6, bare_slip: false };
+        let rule = Rule { law, advance: 1e-6, interval: 1e-6, bare_slip: false, seen: true };
         let mut forces = [1.0, -1.0].map(|side| {
             let mut book = Book::open(1, KEPT);
             let approach =

@@ -190,6 +190,36 @@ fn what_is_looked_at_changes_no_bit() {
     }
 }
 
+/// All that moves, and what is asked of contacts at the end.
+#[test]
+fn a_ledger_changes_no_bit_of_the_motion() {
+    let grains = |scheme| mixed(scheme, Dimension::Three, false, true, 3);
+    for scheme in SCHEMES {
+        for (mut model, steps, threads) in [(grains(scheme), 400, 1), (crowd(scheme), 150, 2)] {
+            model.plan.steps = steps;
+            model.plan.series_every = 50;
+            let job = Job::quiet().with_threads(threads);
+            let whole = run(&model, &job).expect("a usable model");
+            model.plan.ledger = false;
+            let bare = run(&model, &job).expect("a usable model");
+            assert_eq!(whole.frames, bare.frames, "{scheme:?}");
+            assert_eq!(whole.touches, bare.touches, "{scheme:?}");
+            assert!(whole.touches.is_some_and(|touches| !touches.is_empty()));
+            for (whole, bare) in whole.series.iter().zip(&bare.series) {
+                let states = |row: &SeriesRow| (row.kinetic, row.elastic, row.gravitational);
+                assert_eq!(states(whole), states(bare), "{scheme:?}");
+                assert!(whole.energy_error.is_some() && bare.energy_error.is_none());
+                assert_eq!(
+                    (bare.normal_dashpot, bare.tangential_dashpot, bare.slip),
+                    (0.0, 0.0, 0.0)
+                );
+            }
+            let end = whole.series.last().expect("a row");
+            assert!(end.normal_dashpot > 0.0 && end.slip != 0.0, "{scheme:?} {end:?}");
+        }
+    }
+}
+
 #[test]
 fn a_run_that_is_cancelled_goes_on_as_if_it_had_not_been() {
     for scheme in SCHEMES {
@@ -401,5 +431,5 @@ fn an_empty_scene_runs() {
     model.plan.steps = 3;
     let run = run(&model, &Job::quiet()).expect("usable");
     assert_eq!(run.outcome, Outcome::Finished);
-    assert!(run.series.iter().all(|row| row.energy_error == 0.0 && row.coordination == 0.0));
+    assert!(run.series.iter().all(|row| row.missed() == 0.0 && row.coordination == 0.0));
 }

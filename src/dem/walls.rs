@@ -133,7 +133,9 @@ pub fn hand_over<const DAMPING: bool>(
         }
         if DAMPING {
             book.lag[base + at] = book.lag[base + donor];
-            book.power[base + at] = book.power[base + donor];
+        }
+        if let Some(power) = book.power.get(base + donor).copied() {
+            book.power[base + at] = power;
         }
         if let Some(pull) = book.pull.get(base + donor) {
             book.pull.put(base + at, pull);

@@ -69,6 +69,8 @@ pub struct Needs {
     pub arrivals: bool,
     /// Bodies turn: friction, or clumps, or bonds, or a spin at the start.
     pub rotation: bool,
+    /// Contacts take energy, and it is counted.
+    pub ledger: bool,
 }
 
 #[cfg(test)]
@@ -88,6 +90,7 @@ impl Needs {
         };
         let friction = pairs().any(|c| c.friction > 0.0 && (c.kt > 0.0 || c.ct > 0.0));
         let clumps = model.bodies.iter().any(|body| body.sphere_count > 1);
+        let damping = pairs().any(|c| c.cn > 0.0);
         let first = model.spheres.first().map(|sphere| sphere.radius);
         let wall = |test: &dyn Fn(&super::Wall) -> bool| model.walls.iter().any(test);
         Self {
@@ -99,7 +102,7 @@ impl Needs {
             gravity: model.gravity.norm_squared() > 0.0,
             mutual_gravity: model.mutual.is_some(),
             friction,
-            normal_damping: pairs().any(|c| c.cn > 0.0),
+            normal_damping: damping,
             tangential_damping: friction && pairs().any(|c| c.ct > 0.0),
             local_damping: model.local_damping > 0.0,
             periodic: model.periodic.is_some(),
@@ -131,6 +134,7 @@ impl Needs {
                 || clumps
                 || !model.bonds.is_empty()
                 || model.bodies.iter().any(|body| body.spin.norm_squared() > 0.0),
+            ledger: model.plan.ledger && (friction || damping),
         }
     }
 
@@ -140,7 +144,7 @@ impl Needs {
     }
 
     /// Every need with its key, what it is for people, and whether this scene has it.
-    pub fn table(&self) -> [(&'static str, &'static str, bool); 31] {
+    pub fn table(&self) -> [(&'static str, &'static str, bool); 32] {
         [
             ("discs", "two dimensions (discs of unit thickness)", self.discs),
             ("spheres", "single spheres", self.spheres),
@@ -173,6 +177,7 @@ impl Needs {
             ("restarts", "restart files of decks", self.restarts),
             ("arrivals", "grains inserted over time", self.arrivals),
             ("rotation", "rotation of bodies", self.rotation),
+            ("ledger", "count of the energies that contacts take", self.ledger),
         ]
     }
 }

@@ -192,6 +192,8 @@ pub struct Plan {
     pub insist: bool,
     /// What ends the run early.
     pub guard: Guard,
+    /// Whether the energies that contacts take are counted; of the guard, `gain` needs them.
+    pub ledger: bool,
 }
 
 /// What ends a run that can no longer be trusted; 0 switches a watch off.
@@ -203,7 +205,7 @@ pub struct Guard {
     /// Largest part of its radius that a sphere may move in one step. Default 0.5.
     pub travel: f64,
     /// Largest energy that the ledger may find too much, as a part of all energy that is
-    /// there, was dissipated or came from walls and gravity. Default 0.5.
+    /// there, was dissipated or came from walls and gravity. Default 0.5. Not looked at without `plan.ledger`.
     pub gain: f64,
     /// How far the changes of the contact forces from one step to the next may be opposed to
     /// those of the step before (1: they alternate, as in an unstable run). Default 0.7.
@@ -256,6 +258,7 @@ impl Plan {
             zero_until: 0,
             insist: false,
             guard: Guard::default(),
+            ledger: true,
         }
     }
 

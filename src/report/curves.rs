@@ -55,13 +55,14 @@ pub fn energies(rows: &[SeriesRow]) -> Chart {
     }
 }
 
-/// |energy error| over time, relative to the largest energy of the ledger.
+/// |energy error| over time, relative to the largest energy of the ledger; without a ledger no points.
 pub fn energy_error(rows: &[SeriesRow]) -> Chart {
     let scale = rows
         .iter()
         .flat_map(|r| [r.kinetic, r.elastic, r.gravitational.abs(), r.wall_work.abs()])
         .fold(0.0, f64::max);
-    let points = rows.iter().map(|row| (row.time, row.energy_error.abs() / scale)).collect();
+    let found = |row: &SeriesRow| Some((row.time, row.energy_error?.abs() / scale));
+    let points = rows.iter().filter_map(found).collect();
     Chart {
         title: "Energy that the ledger misses".into(),
         caption:

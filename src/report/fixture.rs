@@ -127,7 +127,7 @@ pub fn run(model: &Model, solver: &str, shift: impl Fn(u64) -> Vec3) -> Run {
                 elastic: 2e-4,
                 gravitational: -1e-3 * step as f64 / 1000.0,
                 normal_dashpot: 1e-3 * step as f64 / 1000.0,
-                energy_error: 1e-9 * step as f64,
+                energy_error: Some(1e-9 * step as f64),
                 contacts: count,
                 coordination: 5.0,
                 ..SeriesRow::default()

@@ -128,6 +128,9 @@ fn scene(model: &Model) -> Scene {
         fact("Scheme of our DEM", plan.scheme.key()),
         fact("Seed", model.seed.to_string()),
     ];
+    if !plan.ledger {
+        facts.push(fact("Energy ledger", "off: what contacts take is not counted"));
+    }
     if plan.insist {
         facts.push(fact("Caution", "the user insisted on a step above the stability limit"));
     }

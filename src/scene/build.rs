@@ -72,6 +72,7 @@ pub fn build(
         law: scene.plan.law(),
         insist: scene.plan.insist,
         guard: scene.plan.guard,
+        ledger: scene.plan.ledger,
         ..Plan::new(scene.plan.scheme)
     };
     let mut model = Model {

@@ -239,7 +239,13 @@ impl Road {
         let needs = model.needs();
         let zeroing = model.plan.zero_every > 0;
         let losing = model.plan.guard.lost == Lost::Remove;
-        let columns = (needs.extra() || needs.drag, needs.bonds, zeroing, losing);
+        let columns = Columns {
+            ledger: model.plan.ledger,
+            extra: needs.extra() || needs.drag,
+            bonds: needs.bonds,
+            zeroing,
+            losing,
+        };
         self.store
             .write(running, "run/series.csv", |out| write_series(out, &run.series, columns))?;
         if let (true, Some(breaks)) = (needs.bonds, &run.breaks) {
@@ -369,17 +375,28 @@ pub fn particles(model: &Model, frame: &Frame) -> Particles {
     }
 }
 
-/// `run/series.csv`; columns of extra forces, bonds, zeroed velocities and lost bodies where the scene has them.
-fn write_series(
-    out: &mut dyn Write,
-    rows: &[SeriesRow],
-    (extra, bonds, zeroing, losing): (bool, bool, bool, bool),
-) -> std::io::Result<()> {
-    write!(
-        out,
-        "t,step,kinetic,elastic,gravitational,normal_dashpot,tangential_dashpot,slip,local_damping,wall_work,\
-         energy_error,contacts,coordination,worst_overlap,momentum"
-    )?;
+/// Columns of `run/series.csv` that not every scene has.
+#[derive(Clone, Copy)]
+struct Columns {
+    /// What contacts take, and what the ledger misses.
+    ledger: bool,
+    /// Forces besides the linear contact.
+    extra: bool,
+    bonds: bool,
+    /// Velocities set to zero.
+    zeroing: bool,
+    /// Bodies taken out.
+    losing: bool,
+}
+
+/// `run/series.csv`.
+fn write_series(out: &mut dyn Write, rows: &[SeriesRow], columns: Columns) -> std::io::Result<()> {
+    let Columns { ledger, extra, bonds, zeroing, losing } = columns;
+    let of = |there: bool, names: &'static str| if there { names } else { "" };
+    write!(out, "t,step,kinetic,elastic,gravitational")?;
+    write!(out, "{}", of(ledger, ",normal_dashpot,tangential_dashpot,slip"))?;
+    write!(out, ",local_damping,wall_work{}", of(ledger, ",energy_error"))?;
+    write!(out, ",contacts,coordination,worst_overlap,momentum")?;
     if extra {
         write!(out, ",attraction,rolling,wetting,drag")?;
     }
@@ -391,23 +408,17 @@ fn write_series(
     for r in rows {
         write!(
             out,
-            "{:e},{},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{},{:e},{:e},{:e}",
-            r.time,
-            r.step,
-            r.kinetic,
-            r.elastic,
-            r.gravitational,
-            r.normal_dashpot,
-            r.tangential_dashpot,
-            r.slip,
-            r.local_damping,
-            r.wall_work,
-            r.energy_error,
-            r.contacts,
-            r.coordination,
-            r.worst_overlap,
-            r.momentum
+            "{:e},{},{:e},{:e},{:e}",
+            r.time, r.step, r.kinetic, r.elastic, r.gravitational
         )?;
+        if ledger {
+            write!(out, ",{:e},{:e},{:e}", r.normal_dashpot, r.tangential_dashpot, r.slip)?;
+        }
+        write!(out, ",{:e},{:e}", r.local_damping, r.wall_work)?;
+        if let Some(error) = r.energy_error {
+            write!(out, ",{error:e}")?;
+        }
+        write!(out, ",{},{:e},{:e},{:e}", r.contacts, r.coordination, r.worst_overlap, r.momentum)?;
         if extra {
             write!(out, ",{:e},{:e},{:e},{:e}", r.attraction, r.rolling, r.wetting, r.drag)?;
         }

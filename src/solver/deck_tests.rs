@@ -431,6 +431,7 @@ fn decks_hold_what_is_needed_and_nothing_else() {
         "springs",
         "restarts",
         "arrivals",
+        "ledger",
     ];
     for (key, _, _) in examples::two_spheres().needs().table() {
         let both = seen.contains(&(key, true)) && seen.contains(&(key, false));

@@ -13,7 +13,8 @@ pub struct LeftOut {
 }
 
 /// What hardly any deck can have (see the limits of the solvers), so that lacking it says nothing.
-const NEVER: &[&str] = &["mutual_gravity", "servo_walls", "springs", "restarts", "arrivals"];
+const NEVER: &[&str] =
+    &["mutual_gravity", "servo_walls", "springs", "restarts", "arrivals", "ledger"];
 
 /// Everything that `needs` lacks and a deck could have.
 pub fn left_out(needs: &Needs) -> Vec<LeftOut> {
@@ -94,6 +95,7 @@ mod tests {
             restarts: false,
             arrivals: false,
             rotation: false,
+            ledger: false,
         };
         let list = left_out(&none);
         assert_eq!(list.len() + NEVER.len(), none.table().len());

@@ -265,7 +265,9 @@ impl Ended {
     fn run(&mut self, run: &Run) {
         self.put("CPU [s]", run.cost.cpu_seconds);
         if let Some(last) = run.series.last() {
-            self.put("Energy error [J]", last.energy_error);
+            if let Some(error) = last.energy_error {
+                self.put("Energy error [J]", error);
+            }
             self.put("Worst overlap [R]", last.worst_overlap);
             self.put("Contacts", last.contacts as f64);
         }

@@ -156,6 +156,34 @@ fn assert_manifest(bench: &Bench, stages: &[&str]) {
 }
 
 #[test]
+fn without_a_ledger_its_columns_are_left_out_and_all_else_is_the_same() {
+    let bench = Bench::with(&CLUMPS.replace("60 ms", "20 ms"));
+    bench.ok(&["run", "s.toml"]);
+    let bare = CLUMPS.replace("60 ms\"", "20 ms\"\nledger = false");
+    assert!(bare.contains("ledger"));
+    bench.write("bare.toml", &bare);
+    let ran = bench.ok(&["run", "bare.toml"]);
+    assert!(!ran.out.contains("energy error") && ran.out.contains("worst overlap"), "{}", ran.out);
+    assert!(bench.bytes("s.out/run/final.csv") == bench.bytes("bare.out/run/final.csv"));
+    let series = bench.read("bare.out/run/series.csv");
+    let columns = "t,step,kinetic,elastic,gravitational,local_damping,wall_work,contacts,coordination,\
+                   worst_overlap,momentum";
+    assert_eq!(series.lines().next(), Some(columns));
+    let width = columns.split(',').count();
+    assert!(series.lines().all(|line| line.split(',').count() == width), "{series}");
+    assert!(bench.read("bare.out/report/index.html").contains("off: what contacts take"));
+
+    bench.write("bare.toml", &format!("{bare}\n[plan.guard]\ngain = 0.1\n"));
+    let refused = bench.call(&["run", "bare.toml"]);
+    assert_eq!(refused.code, 2, "{}", refused.err);
+    assert!(
+        refused.err.contains("plan.guard.gain") && refused.err.contains("ledger"),
+        "{}",
+        refused.err
+    );
+}
+
+#[test]
 fn material_of_a_family_counts_as_a_change() {
     let scene = CLUMPS
         .replace("name = \"rock\"\n", "name = \"rock\"\nmaterial = \"rock\"\n")

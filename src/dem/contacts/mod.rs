@@ -511,7 +511,7 @@ fn carry<const W: usize, L: Wide<W>, const HISTORY: u8>(
     count: usize,
     scratch: &mut Scratch,
 ) {
-    type Way<const HISTORY: u8> = Variant<true, true, 0, HISTORY>;
+    type Way<const HISTORY: u8> = Variant<true, true, 0, HISTORY, false>;
     let rule = *field.rule;
     let whole = count / W;
     let springs = book.spring.groups::<W>(base, whole);
@@ -550,8 +550,10 @@ fn answer<const W: usize, L: Wide<W>, K: Kind>(
     let mut spring = book.spring.groups_mut::<W>(base, of(K::FRICTION));
     let turned = K::FRICTION && K::HISTORY == History::Rotated;
     let mut normals = book.normal.groups_mut::<W>(base, of(turned));
-    let lag = groups_mut::<W, _>(book.lag, base, of(K::DAMPING));
-    let power = groups_mut::<W, _>(book.power, base, of(K::FRICTION && K::DAMPING));
+    let lags = K::DAMPING && (K::LEDGER || rule.seen);
+    let lag = groups_mut::<W, _>(book.lag, base, of(lags));
+    let powers = K::FRICTION && K::DAMPING && K::LEDGER;
+    let power = groups_mut::<W, _>(book.power, base, of(powers));
     for group in 0..whole {
         let at = within::<W>(group * W);
         let mut old = Past::none();
@@ -559,11 +561,11 @@ fn answer<const W: usize, L: Wide<W>, K: Kind>(
         if K::FRICTION {
             before = scratch.before.get(at);
         }
-        if K::DAMPING {
+        if K::DAMPING && K::LEDGER {
             old.lag = L::load(&lag[group]);
-            if K::FRICTION {
-                old.power = L::load_single(&power[group]);
-            }
+        }
+        if powers {
+            old.power = L::load_single(&power[group]);
         }
         let approach = Approach {
             normal: scratch.unit.get(at),
@@ -590,14 +592,15 @@ fn answer<const W: usize, L: Wide<W>, K: Kind>(
         } else {
             scratch.push.set(at, unit * normal);
         }
-        if K::DAMPING {
+        if lags {
             past.lag.store(&mut lag[group]);
-            if K::FRICTION {
-                past.power.store_single(&mut power[group]);
-            }
+        }
+        if powers {
+            past.power.store_single(&mut power[group]);
         }
         // Without friction nothing else takes energy.
         let ways = if K::FRICTION { 3 } else { usize::from(K::DAMPING) };
+        let ways = if K::LEDGER { ways } else { 0 };
         for (sums, taken) in scratch.sums[..ways].iter_mut().zip(taken) {
             let sums = chunk_mut(sums, at % GROUP);
             (L::load(sums) + taken).store(sums);
