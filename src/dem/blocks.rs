@@ -5,9 +5,11 @@
 //! later block, a stranger, is summed apart and handed over afterwards, in the order of the blocks. O(listed pairs)
 //! once a list; cannot fail.
 
-use super::contacts::{self, Pairs, Scratch, Second};
+use super::contacts::listed::{Bounded, Listed, Numbers};
+use super::contacts::{self, Scratch, Second};
 use super::law::{BookView, Tally};
 use super::state::{List, Load, State};
+use std::ops::Range;
 
 /// Least number of spheres a block.
 pub const BLOCK: usize = 1200;
@@ -35,12 +37,12 @@ pub struct Blocks {
 pub struct Index {
     /// Spheres a block.
     pub size: usize,
-    /// Place of the first sphere of each pair in the block.
-    owners: Vec<u16>,
+    /// Of each block, place of the first sphere of each pair in it.
+    owners: Vec<Numbers<u16>>,
     /// Place of the second: the block's own, then strangers.
-    seats: Vec<u16>,
+    seats: Vec<Numbers<u16>>,
     /// Place of the sphere of each entry of the planes' list.
-    at_planes: Vec<u16>,
+    at_planes: Vec<Numbers<u16>>,
     /// Spheres with triangles in their lists.
     at_faces: Vec<u32>,
 }
@@ -69,8 +71,9 @@ impl Blocks {
         at_faces.clear();
         at_faces.extend((0..count).filter(has).map(|slot| slot as u32));
         at_planes.clear();
-        for slot in 0..count {
-            at_planes.resize(state.planes.start[slot + 1] as usize, (slot % *size) as u16);
+        for low in (0..count).step_by(*size) {
+            let high = (low + *size).min(count);
+            at_planes.push(places_of_owners(&state.planes, low..high).into());
         }
     }
 
@@ -80,8 +83,7 @@ impl Blocks {
         let size = count.div_ceil(number).max(1);
         self.mail = vec![Vec::new(); number];
         self.strangers.resize_with(number, Vec::new);
-        let entries = pairs.partner.len();
-        let (mut owners, mut seats) = (Vec::with_capacity(entries), Vec::with_capacity(entries));
+        let mut index = Index { size, ..Index::default() };
         // For each sphere the last block that it is a stranger of, and its place there.
         let mut known = vec![(u32::MAX, 0); if number > 1 { count } else { 0 }];
         let mut fits = true;
@@ -93,9 +95,10 @@ impl Blocks {
             let low = (from * size).min(count);
             let high = (low + size).min(count);
             let mut met = 0;
+            let owners = places_of_owners(pairs, low..high);
+            let mut seats = Vec::with_capacity(owners.len());
             for slot in low..high {
                 let range = pairs.start[slot] as usize..pairs.start[slot + 1] as usize;
-                owners.resize(range.end, (slot - low) as u16);
                 for other in &pairs.partner[range] {
                     let slot = *other as usize;
                     if slot < high {
@@ -111,6 +114,8 @@ impl Blocks {
                     seats.push(place_of(high - low + *place as usize));
                 }
             }
+            index.owners.push(owners.into());
+            index.seats.push(seats.into());
             self.strangers[from] = vec![Load::default(); met as usize];
         }
         for mail in &mut self.mail {
@@ -118,17 +123,29 @@ impl Blocks {
             mail.sort_by_key(|[_, _, sphere]| *sphere);
             mail.shrink_to_fit();
         }
-        self.index = Index { size, owners, seats, ..Index::default() };
+        self.index = index;
         fits
     }
+}
+
+/// Place in their block of the sphere of each entry of a list, of the spheres of the block.
+fn places_of_owners(list: &List, block: Range<usize>) -> Vec<u16> {
+    let entries = list.start.get(block.start..=block.end).unwrap_or_default();
+    let first = entries.first().copied().unwrap_or_default();
+    let all = entries.last().map_or(0, |end| end - first);
+    let mut places = Vec::with_capacity(all as usize);
+    for (place, end) in entries.iter().skip(1).enumerate() {
+        places.resize((end - first) as usize, place as u16);
+    }
+    places
 }
 
 impl Index {
     /// Bytes that it takes.
     #[cfg(test)]
     fn bytes(&self) -> usize {
-        (self.owners.capacity() + self.at_planes.capacity() + self.seats.capacity()) * 2
-            + self.at_faces.capacity() * 4
+        let places = [&self.owners, &self.at_planes, &self.seats].into_iter().flatten();
+        places.map(|places| places.capacity() * 2).sum::<usize>() + self.at_faces.capacity() * 4
     }
 }
 
@@ -168,7 +185,7 @@ impl<'a> Part<'a> {
     ) -> Vec<Self> {
         let lists = [&pairs.start, &planes.start, &faces.start];
         let face_list = (&faces.start[..], &faces.partner[..]);
-        let (partner, plane) = (&pairs.partner[..], &planes.partner[..]);
+        let (partner, plane) = (&pairs.partner, &planes.partner);
         let mut books = [pairs.book.view(), planes.book.view(), faces.book.view()].map(Some);
         let mut near = &index.at_faces[..];
         let mut parts = Vec::with_capacity(strangers.len());
@@ -186,20 +203,11 @@ impl<'a> Part<'a> {
             let ((book, range), (planes, at), faces) = (take(0), take(1), take(2));
             let (here, rest) = near.split_at(near.partition_point(|slot| (*slot as usize) < last));
             near = rest;
-            let pairs = Pairs {
-                block: first,
-                first: &index.owners[range.clone()],
-                second: &partner[range.clone()],
-                seats: &index.seats[range],
-                kind: Second::Balls,
-            };
-            let at_planes = Pairs {
-                block: first,
-                first: &index.at_planes[at.clone()],
-                second: &plane[at],
-                seats: &[],
-                kind: Second::Planes,
-            };
+            let (owners, seats) = (index.owners[number].all(), index.seats[number].all());
+            let (second, kind) = (partner.part(range), (first, Second::Balls));
+            let pairs = Listed::new(kind, owners, second, seats);
+            let (owners, none) = (index.at_planes[number].all(), Bounded::of(&[]));
+            let at_planes = Listed::new((first, Second::Planes), owners, plane.part(at), none);
             parts.push(Self {
                 first,
                 pairs: contacts::Part { pairs, at_planes, loads, book, planes, strangers },

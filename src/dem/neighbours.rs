@@ -52,13 +52,13 @@ pub fn rebuild(setting: &Setting<'_>, state: &mut State, crew: &Crew) {
     let from = grid.from;
     drop(grid.levels);
     let book = remembered::of_pairs(setting, pairs_before, (&start, &partner), &from);
-    state.pairs = List { start, partner, book };
+    state.pairs = List { start, partner: partner.into(), book };
     let (start, partner) = planes(setting, state, time);
     let book = remembered::of_walls(setting, planes_before, (&start, &partner), &from);
-    state.planes = List { start, partner, book };
+    state.planes = List { start, partner: partner.into(), book };
     let (start, partner) = faces(setting, state, time);
     let book = remembered::of_walls(setting, faces_before, (&start, &partner), &from);
-    state.faces = List { start, partner, book };
+    state.faces = List { start, partner: partner.into(), book };
     state.loads.resize(spheres, Load::default());
     state.built = state.balls.iter().map(|ball| ball.place).collect();
     state.built_at = state.step;

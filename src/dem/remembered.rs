@@ -24,7 +24,9 @@ impl List {
             (from, *start) = (to, left as u32);
         }
         let touching = std::mem::take(&mut self.book.touching);
-        keep(&mut self.partner, &touching);
+        let mut partner = Vec::from(self.partner);
+        keep(&mut partner, &touching);
+        self.partner = partner.into();
         keep(&mut self.book.lag, &touching);
         keep(&mut self.book.power, &touching);
         for vectors in [&mut self.book.spring, &mut self.book.normal, &mut self.book.pull] {

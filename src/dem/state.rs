@@ -2,6 +2,7 @@
 
 use super::arrive;
 use super::bond::Bonds;
+use super::contacts::listed::Numbers;
 use super::extra::Links;
 #[cfg(target_arch = "x86_64")]
 use super::lanes::Four;
@@ -146,7 +147,7 @@ pub struct List {
     /// Where the entries of each sphere begin.
     pub start: Vec<u32>,
     /// Sphere slot, plane number or triangle number.
-    pub partner: Vec<u32>,
+    pub partner: Numbers<u32>,
     /// What the contacts remember.
     pub book: Book,
 }

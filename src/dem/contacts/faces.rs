@@ -116,7 +116,7 @@ pub fn waiting<V: Version, K: Kind>(
         seats: &[],
         kind: Second::Faces,
     };
-    let pairs = check(pairs, field, scratch.pulls.len());
+    let pairs = check(Listed::of(pairs), field, scratch.pulls.len());
     follow::<V, K>(field, (&view, 0), whole, scratch);
     V::answer::<K>(field, pairs, (&mut view, 0), scratch);
     if K::FRICTION {

@@ -18,6 +18,7 @@
 
 mod columns;
 mod faces;
+pub mod listed;
 #[cfg(test)]
 mod tests;
 pub mod version;
@@ -41,6 +42,7 @@ use super::walls::Hit;
 use crate::model::History;
 use crate::num::Vec3;
 use faces::Waiting;
+use listed::{Highest, Listed};
 use std::array::from_fn;
 use version::Version;
 
@@ -123,9 +125,9 @@ impl<'a> Checked<'a> {
 /// Part of the results that belongs to one block.
 pub struct Part<'a> {
     /// Its pairs.
-    pub pairs: Pairs<'a>,
+    pub pairs: Listed<'a>,
     /// The planes at it.
-    pub at_planes: Pairs<'a>,
+    pub at_planes: Listed<'a>,
     /// Loads of its spheres.
     pub loads: &'a mut [Load],
     /// Entries of the book that belong to its pairs.
@@ -247,11 +249,11 @@ fn take<const W: usize, L: Wide<W>>(loads: &mut [Load], pulls: &mut [Line]) {
 fn sweeps<V: Version, K: Kind, B: Bodies>(
     field: &Field<'_>,
     bodies: &mut B,
-    pairs: Pairs<'_>,
+    pairs: Listed<'_>,
     book: &mut BookView<'_>,
     scratch: &mut Scratch,
 ) {
-    let pairs = V::check(pairs, &field.with(bodies), scratch.pulls.len());
+    let pairs = check(pairs, &field.with(bodies), scratch.pulls.len());
     let whole = pairs.first.len() / GROUP * GROUP;
     for begin in (0..whole).step_by(SWEEP) {
         let field = field.with(bodies);
@@ -383,7 +385,7 @@ fn rest<V: Version, K: Kind>(
     };
     let seats = if left.kind == Second::Balls { &seats[..] } else { &[] };
     let pairs = Pairs { first: &first, second: &second, seats, ..*pairs };
-    let pairs = V::check(pairs, field, scratch.pulls.len());
+    let pairs = check(Listed::of(pairs), field, scratch.pulls.len());
     let mut few = Memories::<GROUP>::new();
     let (mut book, entries) = (few.view(), from..from + count);
     book.copy::<K>(0..count, whole, entries.clone());
@@ -633,7 +635,7 @@ fn deliver<const W: usize, L: Wide<W>, const SPINS: u8, const MIXED: bool>(
             against = L::rows([push.x, push.y, push.z, zero, back.x, back.y, back.z, zero]);
         }
         for l in 0..W {
-            // SAFETY: `check` has looked at both places.
+            // SAFETY: `check` has made sure of both places.
             let pull = unsafe { scratch.pulls.get_unchecked_mut(me[l] as usize) };
             add::<W, L, SPINS>(rows[l], pull);
             // SAFETY: see above.
@@ -663,19 +665,15 @@ fn oppose<const W: usize, L: Wide<W>, const SPINS: u8>(row: L::Row, line: &mut L
     }
 }
 
-/// Panics if a place of one of the pairs does not exist, in the `field` or among as many `pulls`: one look at all of them, so
-/// that no access in the sweeps has a branch.
+/// Panics if a place of one of the pairs may not exist, in the `field` or among as many `pulls`: so no access in
+/// the sweeps has a branch.
 #[inline(always)]
-fn check<'a>(pairs: Pairs<'a>, field: &Field<'_>, pulls: usize) -> Checked<'a> {
-    fn highest<T: Copy + Ord + Default>(slots: &[T]) -> T {
-        slots.iter().fold(T::default(), |top, slot| top.max(*slot))
-    }
+fn check<'a>(pairs: Listed<'a>, field: &Field<'_>, pulls: usize) -> Checked<'a> {
     let count = match field.spins.len() {
         0 => field.balls.len(),
         spins => spins.min(field.balls.len()),
     };
-    let (first, second) = (usize::from(highest(pairs.first)), highest(pairs.second) as usize);
-    let seat = usize::from(highest(pairs.seats));
+    let Highest { first, second, seat } = pairs.highest();
     let there = match pairs.kind {
         Second::Balls => second < count,
         Second::Planes => second < field.planes.lines.len(),
@@ -683,10 +681,10 @@ fn check<'a>(pairs: Pairs<'a>, field: &Field<'_>, pulls: usize) -> Checked<'a> {
     };
     let all = first.max(seat) < pulls && pairs.block + first < count && there;
     assert!(all || pairs.first.is_empty() && pairs.second.is_empty() && pairs.seats.is_empty());
-    Checked(pairs)
+    Checked(*pairs)
 }
 
-/// The values at these places, which [`check`] has looked at.
+/// The values at these places, which exist: see [`check`].
 #[inline(always)]
 pub fn entries<'a, const W: usize, T, I: Place>(values: &'a [T], places: &[I; W]) -> [&'a T; W] {
     // SAFETY: the places exist.

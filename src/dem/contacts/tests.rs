@@ -52,7 +52,8 @@ fn passes<V: Version>(setting: &Setting<'_>, state: &State, chosen: bool) -> Bit
         let sides = Pairs { first: &sides, second, seats: &[], kind: Second::Planes, ..pairs };
         let (loads, book) = (&mut state.loads[..], book.view());
         let planes = state.planes.book.view();
-        let mut part = Part { pairs, at_planes: sides, loads, book, planes, strangers: &mut [] };
+        let (pairs, at_planes) = (Listed::of(pairs), Listed::of(sides));
+        let mut part = Part { pairs, at_planes, loads, book, planes, strangers: &mut [] };
         let mut scratch = Scratch::default();
         let (friction, drags) = (setting.kept.friction, setting.kept.pulls);
         let tally = match (averaged, friction, setting.kept.damping, drags) {
@@ -123,7 +124,7 @@ fn meet_along<V: Version, K: Kind>(
     scratch.pulls.resize(field.balls.len(), ZEROS);
     for pairs in [part.pairs, part.at_planes] {
         let planes = pairs.kind == Second::Planes;
-        let pairs = V::check(pairs, field, scratch.pulls.len());
+        let pairs = check(pairs, field, scratch.pulls.len());
         for begin in (0..pairs.first.len() / GROUP * GROUP).step_by(GROUP) {
             let pairs = pairs.slice(begin, begin + GROUP);
             let near = (GROUP, &[true; GROUP][..]);
@@ -325,4 +326,19 @@ fn all_versions_average_alike() {
         touching += count_ones(&compared::<false>(&setting, &listed(&setting)));
     }
     assert!(touching > 2000, "{touching}");
+}
+
+#[test]
+#[should_panic(expected = "assertion failed")]
+fn spheres_that_do_not_exist_are_refused() {
+    let mut model = test_scenes::wide_sizes(53, 1.0);
+    crowd(&mut model);
+    let setting = Setting::new(&model);
+    let mut state = State::new(&setting);
+    neighbours::rebuild(&setting, &mut state, &Crew::new(1));
+    let mut partner = Vec::from(std::mem::take(&mut state.pairs.partner));
+    let middle = partner.len() / 2;
+    partner[middle] = state.balls.len() as u32;
+    state.pairs.partner = partner.into();
+    passes::<Plain>(&setting, &state);
 }

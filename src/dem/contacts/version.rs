@@ -10,8 +10,6 @@ pub trait Version {
     const WIDE: usize;
     /// Whether this processor has them.
     fn is_here() -> bool;
-    /// See [`check`].
-    fn check<'a>(pairs: Pairs<'a>, field: &Field<'_>, pulls: usize) -> Checked<'a>;
     /// See [`approach`].
     fn approach<const SPINS: u8, const MIXED: bool>(
         field: &Field<'_>,
@@ -76,17 +74,6 @@ macro_rules! version {
                 true $(&& is_x86_feature_detected!($feature))*
             }
 
-            fn check<'a>(pairs: Pairs<'a>, field: &Field<'_>, pulls: usize) -> Checked<'a> {
-                $(#[target_feature(enable = $feature)])*
-                fn inner<'a>(pairs: Pairs<'a>, field: &Field<'_>, pulls: usize) -> Checked<'a> {
-                    check(pairs, field, pulls)
-                }
-                assert!(Self::is_here());
-                // SAFETY: the processor has what the function asks for.
-                #[allow(unused_unsafe)] // nothing is asked for where all processors will do
-                unsafe { inner(pairs, field, pulls) }
-            }
-
             fn approach<const SPINS: u8, const MIXED: bool>(
                 field: &Field<'_>,
                 pairs: Checked<'_>,
@@ -104,7 +91,7 @@ macro_rules! version {
                 }
                 assert!(Self::is_here());
                 // SAFETY: the processor has what the function asks for.
-                #[allow(unused_unsafe)] // see above
+                #[allow(unused_unsafe)] // nothing is asked for where all processors will do
                 unsafe { inner::<FUSED, SPINS, MIXED>(field, pairs, count, scratch) }
             }
 
