@@ -52,8 +52,8 @@ fn passes<V: Version>(setting: &Setting<'_>, state: &State, chosen: bool) -> Bit
         let sides = Pairs { first: &sides, second, seats: &[], kind: Second::Planes, ..pairs };
         let (loads, book) = (&mut state.loads[..], book.view());
         let planes = state.planes.book.view();
-        let (pairs, at_planes) = (Listed::of(pairs), Listed::of(sides));
-        let mut part = Part { pairs, at_planes, loads, book, planes, strangers: &mut [] };
+        let (pairs, sides) = (Listed::of(pairs), Listed::of(sides));
+        let mut part = Part { pairs, at_planes: sides, loads, book, planes, strangers: &mut [] };
         let mut scratch = Scratch::default();
         let (friction, drags) = (setting.kept.friction, setting.kept.pulls);
         let tally = match (averaged, friction, setting.kept.damping, drags) {
@@ -340,5 +340,5 @@ fn spheres_that_do_not_exist_are_refused() {
     let middle = partner.len() / 2;
     partner[middle] = state.balls.len() as u32;
     state.pairs.partner = partner.into();
-    passes::<Plain>(&setting, &state);
+    passes::<Plain>(&setting, &state, false);
 }
