@@ -1,7 +1,7 @@
 //! The time loop: force pass, rows and frames, kick and drift, lists, guard.
 
 use super::forces::{Workspace, evaluate};
-use super::law::Rule;
+use super::law::{Rule, Slip};
 use super::motion::Leap;
 use super::setting::Setting;
 use super::state::{Load, State};
@@ -320,7 +320,11 @@ fn pass(
         law: setting.law,
         advance: if first && setting.scheme != Scheme::Yade { 0.0 } else { setting.step },
         interval: if first { 0.0 } else { setting.step },
-        bare_slip: setting.scheme == Scheme::Lammps,
+        slip: match setting.scheme {
+            Scheme::Lammps if first => Slip::Bare,
+            Scheme::Liggghts if first => Slip::Kept,
+            _ => Slip::Cut,
+        },
         // A run that waits for grains may end at any step.
         seen: !matches!(look, Look::After(false)) || needs.servo_walls || needs.arrivals,
     };

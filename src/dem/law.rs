@@ -32,11 +32,22 @@ pub struct Rule {
     pub advance: f64,
     /// Time over which energy is counted, s; 0 in the first pass.
     pub interval: f64,
-    /// True: a contact that slips before its spring has moved gives no tangential force (LAMMPS
-    /// in its set-up pass).
-    pub bare_slip: bool,
+    /// What becomes of a contact that slips.
+    pub slip: Slip,
     /// Whether somebody asks for [`Book::lag`] after the pass; a ledger does in every pass.
     pub seen: bool,
+}
+
+/// What becomes of a contact that slips: solvers have set-up passes of their own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Slip {
+    /// Its spring is as long as the Coulomb limit lets it be.
+    Cut,
+    /// The same, and there is no tangential force while the spring has not moved (LAMMPS in its
+    /// set-up pass).
+    Bare,
+    /// The force is cut, the spring stays as it was (LIGGGHTS in its set-up pass).
+    Kept,
 }
 
 /// Geometry and motion of a contact.
@@ -495,13 +506,17 @@ pub fn respond<L: Lanes, K: Kind>(
         }
         let Cut { spring, dash, force, slips } =
             cut(K::COULOMB, pair, trial, slide, limit, touches);
-        let mut holds = touches;
-        if rule.bare_slip && rule.interval <= 0.0 {
-            let bare = L::both(slips, trial.dot(trial).at_most(zero));
-            holds = L::both(touches, L::not(bare));
+        let (mut holds, mut left) = (touches, spring);
+        match rule.slip {
+            Slip::Cut => {}
+            Slip::Bare => {
+                let bare = L::both(slips, trial.dot(trial).at_most(zero));
+                holds = L::both(touches, L::not(bare));
+            }
+            Slip::Kept => left = trial,
         }
         tangent = Triple::only(holds, force.map(|f| -f));
-        past.spring = Triple::only(holds, spring);
+        past.spring = Triple::only(holds, left);
         // With springs that do not move, as in the set-up pass, slip takes nothing.
         if K::LEDGER && rule.interval > 0.0 {
             let ends = L::either(slips, L::not(touches));

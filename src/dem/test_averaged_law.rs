@@ -2,7 +2,7 @@
 //! it reads: one contact, plain vectors, a branch for each case.
 
 use super::averaged::{Averaged, Meeting, advance};
-use super::law::{self, Book, BookView, Kept, Parameters, Reply, Rule, Tally};
+use super::law::{self, Book, BookView, Kept, Parameters, Reply, Rule, Slip, Tally};
 use super::test_scenes::contact;
 use crate::model::{Contact, Coulomb, Scheme};
 use crate::num::Vec3;
@@ -286,7 +286,7 @@ fn compare<const FRICTION: bool, const DAMPING: bool, const DRAGS: bool>(cases: 
         }
         let law = law_of(number % 2 == 0);
         let interval = if number % 5 == 0 { 0.0 } else { STEP };
-        let rule = Rule { law, advance: STEP, interval, bare_slip: false, seen: true };
+        let rule = Rule { law, advance: STEP, interval, slip: Slip::Cut, seen: true };
         let meeting = Meeting {
             normal: met.normal.into(),
             gap: met.gap,

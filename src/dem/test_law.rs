@@ -1,7 +1,7 @@
 //! The law keeps its limits, gives no energy, and does not know in which frame or from which side it is looked at.
 
 use super::law::*;
-use crate::model::{Arm, Contact, Coulomb, History, Law};
+use crate::model::{Arm, Contact, Coulomb, History, Law, Scheme};
 use crate::num::Vec3;
 use proptest::prelude::*;
 
@@ -44,7 +44,7 @@ proptest! {
         let pair = Contact { kn: 1e4, kt: 7e3, cn: 2.0, ct: 1.0, friction };
         let normal = (Vec3::z() + tilt).normalize();
         let mut book = book_of(Vec3::new(old.x, old.y, 0.0), Vec3::z());
-        let rule = Rule { law, advance: 1e-6, interval: 1e-6, bare_slip: false, seen: true };
+        let rule = Rule { law, advance: 1e-6, interval: 1e-6, slip: Slip::Cut, seen: true };
         let approach = Approach::new(normal, overlap, velocity, Vec3::zeros());
         let mut tally = Tally::default();
         let reply = for_kind!(KEPT, law, K => advance::<K>(
@@ -79,7 +79,7 @@ proptest! {
         tilt in vector(1e-2), overlap in 0.0..1e-3f64, axis in vector(3.0),
     ) {
         let pair = Contact { kn: 1e4, kt: 7e3, cn: 2.0, ct: 1.0, friction: 0.4 };
-        let rule = Rule { law, advance: 1e-6, interval: 1e-6, bare_slip: false, seen: true };
+        let rule = Rule { law, advance: 1e-6, interval: 1e-6, slip: Slip::Cut, seen: true };
         let frame = crate::num::Rotation::from_scaled_axis(axis);
         let flat = Vec3::new(old.x, old.y, 0.0);
         let seen = |turn: &dyn Fn(Vec3) -> Vec3| {
@@ -112,7 +112,7 @@ proptest! {
         let steps = 2000u32;
         let work = |count: u32| {
             let step = 1e-3 / f64::from(count);
-            let rule = Rule { law, advance: step, interval: step, bare_slip: false, seen: true };
+            let rule = Rule { law, advance: step, interval: step, slip: Slip::Cut, seen: true };
             let mut book = book_of(Vec3::zeros(), Vec3::z());
             let (mut sum, mut last, mut held) = (0.0, None::<Vec3>, 0.0);
             for i in 0..=2 * count {
@@ -151,7 +151,7 @@ proptest! {
         law in laws(), velocity in vector(1.0), overlap in 0.0..1e-3f64,
     ) {
         let pair = Contact { kn: 1e4, kt: 7e3, cn: 2.0, ct: 1.0, friction: 0.4 };
-        let rule = Rule { law, advance: 1e-6, interval: 1e-6, bare_slip: false, seen: true };
+        let rule = Rule { law, advance: 1e-6, interval: 1e-6, slip: Slip::Cut, seen: true };
         let mut forces = [1.0, -1.0].map(|side| {
             let mut book = Book::open(1, KEPT);
             let approach =
@@ -164,5 +164,24 @@ proptest! {
         });
         forces[1].1 = -forces[1].1;
         prop_assert_eq!(forces[0], forces[1]);
+    }
+}
+
+#[test]
+fn set_up_passes_cut_the_force_of_a_long_spring_and_that_of_liggghts_leaves_its_length() {
+    let (mut law, long) = (Scheme::Liggghts.law(), Vec3::new(1e-4, 0.0, 0.0));
+    let pair = Contact { kn: 1e4, kt: 7e3, cn: 2.0, ct: 1.0, friction: 0.5 };
+    let approach = Approach::new(Vec3::z(), 1e-4, Vec3::zeros(), Vec3::zeros());
+    for (slip, left) in [(Slip::Cut, 0.5 / 7e3), (Slip::Bare, 0.5 / 7e3), (Slip::Kept, 1e-4)] {
+        for coulomb in [Coulomb::Sum, Coulomb::SpringThenDashpot, Coulomb::Spring] {
+            law.coulomb = coulomb;
+            let rule = Rule { law, advance: 0.0, interval: 0.0, slip, seen: true };
+            let (mut book, mut tally) = (book_of(long, Vec3::z()), Tally::default());
+            let reply = for_kind!(KEPT, law, K => advance::<K>(
+                &rule, &pair, &approach, true, (&mut book.view(), 0), &mut tally,
+            ));
+            assert!((reply.tangent + Vec3::x() * 0.5).norm() < 1e-15, "{slip:?} {coulomb:?}");
+            assert!((book.spring.at(0) - Vec3::x() * left).norm() < 1e-18, "{slip:?} {coulomb:?}");
+        }
     }
 }

@@ -4,7 +4,7 @@ use super::*;
 use crate::dem::averaged::Averaged;
 use crate::dem::averaged_pass::{Memory, member_at_plane, members};
 use crate::dem::crew::Crew;
-use crate::dem::law::{Book, Rule, for_kind};
+use crate::dem::law::{Book, Rule, Slip, for_kind};
 use crate::dem::planes::Planes;
 use crate::dem::setting::Setting;
 use crate::dem::state::{List, State};
@@ -18,7 +18,7 @@ type Bits = Vec<u64>;
 fn passes<V: Version>(setting: &Setting<'_>, state: &State, chosen: bool) -> Bits {
     let mut state = state.clone();
     let rule =
-        Rule { law: setting.law, advance: 1e-5, interval: 1e-5, bare_slip: false, seen: true };
+        Rule { law: setting.law, advance: 1e-5, interval: 1e-5, slip: Slip::Cut, seen: true };
     let owners = |list: &List| -> Vec<u16> {
         let slots = 0..state.balls.len();
         let entries = |slot| list.start[slot]..list.start[slot + 1];
